@@ -6,10 +6,11 @@
 
 use core::error::Error;
 
+use stereo_selfcal::geometry::{metrics, so3};
 use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{
     ApplyError, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics,
-    FactoryCalibration, Intrinsics, Lens, State, metrics, so3,
+    FactoryCalibration, Intrinsics, Lens, State,
 };
 
 /// Correspondences that a batch holds.

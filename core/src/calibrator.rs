@@ -29,13 +29,12 @@ use step::Step;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
-/// Same correspondences in the same order give the same bits. No heap, no clock, no I/O. Every call
-/// takes at most one pass over the batch, but for [`Calibrator::take_pair`] and [`Calibrator::solve_pair`], which take
-/// all of them.
+/// The same correspondences in the same order give the same bits. No heap, no clock, no I/O. Every call takes at most one
+/// pass over the batch, except [`Calibrator::take_pair`] and [`Calibrator::solve_pair`], which take all of them.
 ///
-/// The batch holds the correspondences of one pair: those pushed since the last pair ended. Once it has ended, with
-/// whatever outcome, they are read by [`Calibrator::health`] and [`Calibrator::push_range`] only, and the next one that
-/// is pushed begins a new batch.
+/// The batch holds the correspondences of one pair: those pushed since the last pair ended. A pair ends with its outcome,
+/// fused or not. After that only [`Calibrator::health`] and [`Calibrator::push_range`] read the batch, and the next
+/// correspondence that is pushed begins a new one.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct it in its static cell with
 /// `StaticCell::init_with(|| Calibrator::new(..))`: that needs 11.4 kB less flash than a `const` block, whose value the
@@ -89,8 +88,9 @@ pub struct Calibrator<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// A calibrator at the factory calibration: pairs are solved from it, and the limit of corrections is measured from
-    /// it. Its yaw is that of the mount, as far as it says, until the rig changes: rows alone cannot tell it.
+    /// A calibrator at the factory calibration: the first pairs are solved from it, and the limit of corrections is measured
+    /// from it. Rows alone do not tell yaw: until the rig changes, the estimate keeps the factory yaw, as far as
+    /// [`FactoryCalibration::yaw_sd_rad`] trusts it.
     // Inlined: written in place, without a copy on the stack.
     #[must_use]
     #[inline(always)]
@@ -112,7 +112,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    /// Begins anew with another factory calibration, in place: assigning a new calibrator would take its size on the
+    /// Begins anew with another factory calibration, in place: assigning a new calibrator would need its size on the
     /// stack. The generation changes if the calibration in use does.
     #[inline(never)]
     pub fn install(&mut self, factory: &FactoryCalibration<T>) {
@@ -126,16 +126,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.generation = generation.wrapping_add(changed.into());
     }
 
-    /// As [`Calibrator::install`], before anything was in use: the generation stays. For an API that has a calibrator
-    /// before its cameras.
-    #[doc(hidden)]
-    pub fn install_first(&mut self, factory: &FactoryCalibration<T>) {
-        let generation = self.generation;
-        self.install(factory);
-        self.generation = generation;
-    }
-
-    /// Back to the factory calibration; batch, pair and fused pairs are forgotten. Not frozen any more.
+    /// Returns to the factory calibration, forgets batch, pair and fused pairs, and releases a freeze.
     pub fn reset(&mut self) {
         self.replace_in_use(CorrectedExtrinsics::as_given(self.factory.extrinsics));
         self.corrected = self.factory.cameras;
@@ -149,8 +140,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.reset();
     }
 
-    /// Offers one correspondence to the batch, which selects once it is full: two undistortions, and
-    /// the search for its place in the list of a cell. The first one after a pair has ended begins a new batch.
+    /// Offers one correspondence to the batch, which selects once it is full. The first one after a pair has ended begins a
+    /// new batch. Cost: two undistortions, and the search for its place in the list of a cell.
     ///
     /// # Errors
     /// [`PushError`]; the batch is unchanged. [`PushError::Busy`] while a pair is being solved.
@@ -194,6 +185,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.discard();
     }
 
+    /// The factory calibration.
+    pub const fn factory(&self) -> &FactoryCalibration<T> {
+        &self.factory
+    }
+
     /// How far the estimate can be relied on.
     pub fn state(&self) -> State {
         self.estimator.state()
@@ -205,18 +201,18 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.proposal(&context, &self.in_use)
     }
 
-    /// Fit of the calibration in use and of the estimate to the matches of the last pair, and the reliability of the
-    /// estimate. One pass.
+    /// Compares the calibration in use and the estimate over the matches of the last pair, and says whether the rig may arm.
+    /// One pass.
     ///
     /// # Errors
-    /// [`NoHealth`]; both have the likeliest mistake in rig file or matcher, if pairs show one.
+    /// [`NoHealth`]. Health and error both name the likeliest mistake in rig file or matcher, if pairs show one.
     // Out of line: inlined into the endless loop of a firmware it took 3.7 kB more at opt-level 3.
     #[inline(never)]
     pub fn health(&self) -> Result<Health<T>, NoHealth> {
         let cameras = &self.factory.cameras;
         let of_image = [cameras.mean_focal(), cameras.right.corner()];
         let likeliest = self.causes.likeliest();
-        // By reference: moved out of the option it would take its stack twice.
+        // By reference: moving it out of the option would take its stack twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref().ok_or(NoHealth::NoEstimate(likeliest))?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
@@ -255,17 +251,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if proposal.state != State::Locked {
             return Err(ApplyError::NotLocked(proposal.state));
         }
-        if proposal.is_doubtful() {
+        if proposal.doubts.is_doubtful() {
             return Err(ApplyError::Doubtful);
         }
         let Proposal { applicable: extrinsics, applicable_correction: correction, .. } = *proposal;
         self.put_into_use(CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// Puts back what was in use before the last change, once; the estimate stays.
+    /// Puts the calibration before the last change back into use, once. The estimate stays.
     ///
     /// # Errors
-    /// [`ApplyError::NothingToUndo`], [`ApplyError::Frozen`]; what is in use stays.
+    /// [`ApplyError::NothingToUndo`], [`ApplyError::Frozen`]; nothing changes.
     pub fn undo(&mut self) -> Result<Calibration<T>, ApplyError> {
         if self.frozen {
             return Err(ApplyError::Frozen);
@@ -275,19 +271,19 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(self.in_use())
     }
 
-    /// Freezes both the estimate and what is in use, or releases them. Pairs are still solved and judged
-    /// ([`Calibrator::health`]); they change nothing ([`Rejection::Frozen`]).
+    /// Freezes the estimate and the calibration in use, or releases both. Pairs are still solved, and [`Calibrator::health`]
+    /// still judges them; they change nothing ([`Rejection::Frozen`]).
     pub fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
     }
 
-    /// The batch that is being collected, or of the last pair.
+    /// The batch that is being collected, or that of the last pair.
     pub fn batch(&self) -> &Batch<T, N> {
         &self.batch
     }
 
-    /// Whether every length that an access depends on is within its capacity. It always is, unless the memory of the
-    /// calibrator has been overwritten from outside.
+    /// Whether every length is within the capacity of its array. False only if the memory of the calibrator has been
+    /// overwritten from outside.
     #[doc(hidden)]
     pub fn has_valid_lengths(&self) -> bool {
         self.batch.is_within() && self.estimator.is_within()

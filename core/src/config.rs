@@ -1,4 +1,4 @@
-//! Parameters, with what larger and smaller values do.
+//! Parameters, and the effect of larger and smaller values.
 
 mod context;
 mod lens_prior;
@@ -9,6 +9,8 @@ pub use lens_prior::LensPrior;
 pub use lens_tracking::LensTracking;
 
 use crate::error::ConfigError;
+#[cfg(feature = "paper")]
+use crate::paper::Settings;
 use crate::scalar::Scalar;
 
 impl Default for Config {
@@ -16,18 +18,6 @@ impl Default for Config {
     fn default() -> Self {
         Self::robust()
     }
-}
-
-/// Central tendency of the angles of the pairs' rotations, `s*` of eq 22.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Central {
-    /// Arithmetic mean: efficient where no pair is grossly wrong.
-    Mean,
-    /// Median: unmoved by a minority of wrong pairs; exact up to 31 pairs, then a streaming
-    /// estimate in constant memory.
-    Median,
 }
 
 /// How a pair is solved and how pairs are fused.
@@ -65,19 +55,15 @@ pub struct Config {
     pub(crate) prior_sd_rad: f32,
     pub(crate) huber_threshold_px: f32,
     pub(crate) max_passes: u16,
-    #[cfg(feature = "paper")]
-    pub(crate) step_tolerance_rad: f32,
     pub(crate) min_correspondences: u16,
     pub(crate) noise_floor_px: f32,
-    #[cfg(feature = "paper")]
-    pub(crate) angle: Central,
-    #[cfg(feature = "paper")]
-    pub(crate) max_sd_rad: f32,
     pub(crate) max_correction_rad: f32,
     pub(crate) memory_pairs: u32,
     pub(crate) lens_prior: LensPrior,
     pub(crate) lens_tracking: LensTracking,
     pub(crate) lens_yaw_sd_rad: f32,
+    #[cfg(feature = "paper")]
+    pub(crate) paper: Settings,
 }
 
 impl Config {
@@ -103,26 +89,21 @@ impl Config {
             prior_sd_rad: 0.1,
             huber_threshold_px: 1.0,
             max_passes: 24,
-            #[cfg(feature = "paper")]
-            step_tolerance_rad: 1e-9,
             min_correspondences: 12,
             noise_floor_px: 0.15,
-            #[cfg(feature = "paper")]
-            angle: Central::Mean,
-            #[cfg(feature = "paper")]
-            max_sd_rad: 0.12,
             max_correction_rad: 0.5,
             memory_pairs: 1000,
             lens_prior: LensPrior::WIDE,
             lens_tracking: LensTracking::Report,
             lens_yaw_sd_rad: 4.6e-3,
+            #[cfg(feature = "paper")]
+            paper: Settings::DEFAULT,
         }
     }
 
-    /// Standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset
-    /// only.
+    /// Standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset only.
     ///
-    /// Larger follows a rig that is further off; smaller steadies pairs that say little.
+    /// Larger follows a rig that is further off; smaller stabilises pairs with little information.
     ///
     /// # Errors
     /// [`ConfigError::PriorStandardDeviation`] unless from 1e-4 to 1.
@@ -135,8 +116,8 @@ impl Config {
         }
     }
 
-    /// Huber threshold `c_t` of eq 18, px of row offset. Default 1. Paper preset only, but for the
-    /// screening of [`crate::Health`].
+    /// Huber threshold `c_t` of eq 18, px of row offset. Default 1. Paper preset; in both presets [`crate::Health`] counts a
+    /// match as fitting within three thresholds.
     ///
     /// Larger trusts more matches and bends to outliers; smaller discards the information of good
     /// matches and slows convergence from a start that is far off.
@@ -155,10 +136,10 @@ impl Config {
     /// Passes over the batch that one pair may take. Paper preset: 100, without that of the evaluation.
     /// Robust preset: 24 in all; a search in good data takes 9 to 12, a track 4.
     ///
-    /// The robust preset counts the evaluation, and takes up to 9 where the limit is lower: a few for
-    /// each hypothesis that is asked. Below 16 the baseline is not tried turned before the first lock.
+    /// The robust preset counts the evaluation, and takes up to 9 passes where the limit is lower: a few for each estimate
+    /// that the pair is compared with. Below 16 the search does not try a turned baseline before the first lock.
     ///
-    /// The bound on the time of a pair. Fewer may stop short of the optimum (reported).
+    /// This bounds the time of a pair. With fewer passes a solve may stop before the optimum; the report says so.
     ///
     /// # Errors
     /// [`ConfigError::MaxPasses`] below 2.
@@ -168,22 +149,6 @@ impl Config {
             Ok(self)
         } else {
             Err(ConfigError::MaxPasses)
-        }
-    }
-
-    #[cfg(feature = "paper")]
-    /// The solver has converged when its step is below this, rad. Default 1e-9.
-    ///
-    /// Never taken as smaller than 8 units in the last place of 1: 1e-6 rad in `f32`.
-    ///
-    /// # Errors
-    /// [`ConfigError::StepTolerance`] unless from 0 to 0.1.
-    pub const fn with_step_tolerance_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
-        if rad >= 0.0 && rad <= 0.1 {
-            self.step_tolerance_rad = rad;
-            Ok(self)
-        } else {
-            Err(ConfigError::StepTolerance)
         }
     }
 
@@ -200,9 +165,10 @@ impl Config {
         }
     }
 
-    /// Smallest noise believed, px: of a row offset, default 0.02; robust preset, of a coordinate, 0.15.
+    /// Lower bound on the estimated noise, px. Robust preset: of a coordinate, default 0.15. Paper preset: of a row offset,
+    /// default 0.02.
     ///
-    /// Keeps the reported certainty finite on data without noise.
+    /// Keeps the information finite on data without noise.
     ///
     /// # Errors
     /// [`ConfigError::NoiseFloor`] unless finite and above 0.
@@ -215,34 +181,19 @@ impl Config {
         }
     }
 
+    /// Parameters of the published method alone. Default [`Settings::DEFAULT`].
     #[cfg(feature = "paper")]
-    /// Mean or median of the angles in fusion (eq 22). Default mean.
     #[must_use]
-    pub const fn with_angle(mut self, angle: Central) -> Self {
-        self.angle = angle;
+    pub const fn with_paper(mut self, settings: Settings) -> Self {
+        self.paper = settings;
         self
     }
 
-    #[cfg(feature = "paper")]
-    /// The gate refuses a pair whose weakest direction is less certain than this, rad. Default 0.12.
-    /// Paper preset only: the robust one takes from a pair what it knows.
+    /// Memory `n`, pairs: once there are `n`, each further pair multiplies the weight of the older ones by `1 - 1 / n`.
+    /// Default 1000. Robust preset only.
     ///
-    /// # Errors
-    /// [`ConfigError::MaxStandardDeviation`] unless finite and above 0.
-    pub const fn with_max_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
-        if rad > 0.0 && rad.is_finite() {
-            self.max_sd_rad = rad;
-            Ok(self)
-        } else {
-            Err(ConfigError::MaxStandardDeviation)
-        }
-    }
-
-    /// Pairs after which the oldest fade: the weight of a pair falls by one part in so many with each
-    /// further one. Default 1000. Robust preset only.
-    ///
-    /// Larger averages longer; smaller follows a drift below the threshold of change detection, and keeps the reported
-    /// standard deviation from falling below the error of the lens model.
+    /// Larger averages longer. Smaller follows a drift that change detection misses, and keeps the reported standard deviation
+    /// above the error of the lens models.
     ///
     /// # Errors
     /// [`ConfigError::Memory`] below 20.
@@ -257,7 +208,7 @@ impl Config {
 
     /// Standard deviations of the given lens models. Default [`LensPrior::WIDE`]. Robust preset only.
     ///
-    /// Larger widens the deviations with the lens uncertain; smaller trusts the lens further than a calibration may.
+    /// Larger widens the deviations with the lens uncertain; smaller trusts the lens models more.
     ///
     /// # Errors
     /// [`ConfigError::LensPrior`] unless each is finite, 0 or more, and at most 0.1, of the principal point 100 px.
@@ -277,7 +228,7 @@ impl Config {
         self
     }
 
-    /// What is done about errors of the given lens models. Default [`LensTracking::Report`]. Robust preset with a
+    /// Whether errors of the given lens models are reported or compensated. Default [`LensTracking::Report`]. Robust preset with a
     /// lens prior only.
     #[must_use]
     pub const fn with_lens_tracking(mut self, tracking: LensTracking) -> Self {
@@ -289,7 +240,7 @@ impl Config {
     /// Default 4.6e-3, the RMS of five recordings of two rectified vehicle rigs; eleven recordings in all have 1.5e-3.
     /// Robust preset with a lens prior only.
     ///
-    /// Larger leaves more of a yaw of the rows to the lens; smaller follows them.
+    /// Larger attributes more of the yaw that rows show to the lens; smaller attributes more to the mount.
     ///
     /// # Errors
     /// [`ConfigError::LensYaw`] unless from 0 to 0.1.
@@ -302,8 +253,7 @@ impl Config {
         }
     }
 
-    /// The gate refuses a pair whose `R` or `t` is further from the factory values than this, rad.
-    /// Default 0.5.
+    /// Correction limit, rad: a pair whose `R` or `t` is further from the factory values is not fused. Default 0.5.
     ///
     /// # Errors
     /// [`ConfigError::MaxCorrection`] unless above 0 and below 1.5.
@@ -320,9 +270,7 @@ impl Config {
     #[cfg(feature = "serde")]
     fn checked(self) -> Result<Self, ConfigError> {
         #[cfg(feature = "paper")]
-        let checked = self
-            .with_step_tolerance_rad(self.step_tolerance_rad)?
-            .with_max_sd_rad(self.max_sd_rad)?;
+        let checked = self.with_paper(self.paper.checked()?);
         #[cfg(not(feature = "paper"))]
         let checked = self;
         checked

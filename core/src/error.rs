@@ -1,18 +1,19 @@
-//! One small enum per operation. No variant changes the extrinsics in use; [`crate::Calibrator::solve_pair`]
-//! says what may count against the estimate.
+//! One small enum per operation. No error changes the extrinsics in use; [`crate::Calibrator::advance_pair`] says which
+//! rejected pairs count against the estimate.
 
 use thiserror::Error;
 
 use crate::state::State;
 
-/// Defines stable numbers: existing ones keep their meaning, new ones may follow. Checked all together
-/// in `capi/tests/api/codes.rs`.
+/// Defines the number of each value. Errors with the same remedy have the same number, whichever operation returns them.
+/// `capi/tests/api/codes.rs` checks all of them together.
 macro_rules! codes {
     ($($name:ident $([$($generic:ident),+])? {
         $($variant:ident $({ $($field:tt: $value:ident),+ })? = $code:expr),+ $(,)?
     })+) => {$(
         impl $(<$($generic),+>)? $name $(<$($generic),+>)? {
-            /// Stable number, that of the C API. Errors have numbers of their own, from 100 on.
+            /// Number for a log or a wire. Errors have numbers from 100 on, one for each remedy: two operations that fail for
+            /// the same reason return the same number.
             #[must_use]
             pub const fn code(&self) -> u16 {
                 match self {
@@ -167,7 +168,7 @@ pub enum RangeError {
     /// The estimate is not locked, or frozen. Later readings may be taken.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
-    /// Range or deviation are not finite, or not those of a sensor.
+    /// Range or deviation is not finite, or out of the range of a sensor.
     #[error("range or deviation is not that of a sensor")]
     Reading,
     /// The pixel has no ray in the left image.
@@ -176,7 +177,8 @@ pub enum RangeError {
     /// No match near the pixel fits the estimate.
     #[error("no match near the pixel fits the estimate")]
     NoMatch,
-    /// Neither mount nor lens can be off by as much: the sensor has seen something else, or its scale is wrong.
+    /// The reading contradicts mount and lens by more than both can be wrong: the sensor has seen another point, or its scale
+    /// is wrong.
     #[error("reading contradicts mount and lens")]
     Contradicts,
 }
@@ -192,10 +194,10 @@ pub enum MotionError {
     /// Fewer tracked matches than a pair needs.
     #[error("too few tracked matches")]
     TooFew,
-    /// They agree on no motion, or on one that says nothing of yaw: the rig rests, or only turns.
+    /// They agree on no motion, or on one that does not tell yaw: the rig rests, or only turns.
     #[error("no motion that tells yaw")]
     NoMotion,
-    /// Neither mount nor lens can be off by as much.
+    /// They contradict mount and lens by more than both can be wrong.
     #[error("motion contradicts mount and lens")]
     Contradicts,
 }
@@ -233,11 +235,11 @@ pub enum Rejection {
         /// By configuration.
         needed: u32,
     },
-    /// No pose has clearly more matches near their rows than beside them: the batch is all outliers.
+    /// No extrinsics bring clearly more matches near their rows than chance does: nearly all matches are outliers.
     #[error("the correspondences agree on no extrinsics")]
     NoConsensus,
-    /// The pose that they agree on has the points behind the cameras: left and right are exchanged, `t` of the factory
-    /// extrinsics has the other sign, one image is mirrored, or both are upside down. Nothing that arrives so is used.
+    /// The extrinsics that they agree on have the points behind the cameras: left and right are exchanged, `t` of the factory
+    /// extrinsics has the other sign, one image is mirrored, or both are upside down. Such pairs are never fused.
     #[error(
         "the points are behind the cameras: left and right exchanged, t of the other sign, an image mirrored or both \
          upside down"
@@ -249,8 +251,8 @@ pub enum Rejection {
         "disparities run along the columns: u and v exchanged, cameras one above the other, or a wrong t"
     )]
     Columns,
-    /// All disparities are alike to less than their noise, or change evenly from left to right: both sides show the same
-    /// image, or one plane. Whether the calibration is good is unknown.
+    /// All disparities are equal to within their noise, or change evenly from left to right: both sides show the same image,
+    /// or the scene is one plane. Such a pair does not tell whether the calibration is good.
     #[error("no depth: all disparities alike, as of the same image on both sides")]
     NoDepth,
     /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
@@ -260,19 +262,19 @@ pub enum Rejection {
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
     /// `R` or `t` of the pair, or of the estimate with it, is further from the factory values than the
-    /// correction limit. Again and again: factory values or mounting.
+    /// correction limit. If it is returned again and again, the factory values are wrong or the mount has moved.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
-    /// The estimate with this pair in it would be of a rig that cannot be rectified.
+    /// The estimate with this pair cannot be rectified.
     #[error("the pair leads to extrinsics that cannot be rectified")]
     NoRig,
-    /// The pair disagrees with the estimate, and with the pairs kept apart from it.
+    /// The pair disagrees with the estimate and with the challenger.
     #[error("the pair disagrees with the estimate")]
     Disagrees,
     /// The calibrator is frozen: the pair was solved, and changes nothing.
     #[error("the calibrator is frozen")]
     Frozen,
-    /// No pair was being solved. Of [`crate::Calibrator`] never returned.
+    /// No pair was being solved. [`crate::Calibrator`] never returns it.
     #[error("no pair has been begun")]
     NotBegun,
 }
@@ -291,8 +293,7 @@ pub enum ApplyError {
     /// The estimate is not confirmed, or the last pairs disagree with it.
     #[error("the estimate is {0}, not locked")]
     NotLocked(State),
-    /// Nearly as many matches agree on another calibration, or image halves disagree by more than 5 standard deviations:
-    /// matches are biased alike somewhere. [`crate::Proposal::doubt`] says which.
+    /// [`crate::Reason::SecondMode`] or [`crate::Reason::Biased`]: [`crate::Proposal::reasons`] says which.
     #[error("a second crowd of matches, or image halves that disagree: the matches are biased")]
     Doubtful,
     /// The calibrator is frozen.
@@ -311,7 +312,7 @@ pub enum RestoreError {
     /// Its checksum or its length is wrong.
     #[error("the record is damaged")]
     Damaged,
-    /// It is a record of something else.
+    /// It is a record of another kind.
     #[error("the record is of something else")]
     Foreign,
     /// It has the layout of another firmware, earlier or later.
@@ -320,16 +321,16 @@ pub enum RestoreError {
     /// It was learnt with other cameras or from other factory extrinsics.
     #[error("the record is of another rig")]
     OtherRig,
-    /// A number is out of its range, although the checksum is right: this code did not write it.
+    /// A number is out of its range although the checksum is right: another program wrote it.
     #[error("a number of the record is out of its range")]
     Absurd,
-    /// The configuration does not allow it: it is beyond the limit of corrections, or of corrected cameras
-    /// ([`crate::LensTracking::Compensate`]) where they are only reported.
+    /// It is beyond the correction limit, or has corrected cameras ([`crate::LensTracking::Compensate`]) where the
+    /// configuration only reports lens errors.
     #[error("the record is beyond what the configuration allows")]
     Config,
 }
 
-/// Why no common rectified camera was found.
+/// Why a rig has no common rectified camera.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -349,42 +350,52 @@ pub enum RectifyError {
     NoCommonView,
 }
 
-/// First number of [`UndistortError`].
-const RAY: u16 = 120;
+/// The estimate is not locked.
+const NOT_LOCKED: u16 = 702;
+/// The calibrator is frozen.
+const FROZEN: u16 = 605;
+/// Too few correspondences.
+const TOO_FEW: u16 = 502;
+/// A witness contradicts mount and lens.
+const CONTRADICTS: u16 = 1204;
+/// No pair has been fused.
+pub(crate) const NO_ESTIMATE: u16 = 700;
+/// No match fits the estimate.
+pub(crate) const NO_MATCH: u16 = 1203;
+/// A pair is being solved.
+pub(crate) const BUSY: u16 = 401;
+/// A score is out of its range.
+pub(crate) const SCORE: u16 = 402;
 
 codes! {
     Side { Left = 0, Right = 1 }
-    // Left camera; the C API adds 10 for the right one.
     CameraError { FocalLength = 100, PrincipalPoint = 101, ImageSize = 102, Distortion = 103 }
-    UndistortError { NotFinite = RAY, OutsideImage = RAY + 1, NotInvertible = RAY + 2 }
-    ProjectError { NotFinite = 130, BeyondLens = 131 }
+    UndistortError { NotFinite = 120, OutsideImage = 121, NotInvertible = 122 }
+    ProjectError { NotFinite = 120, BeyondLens = 123 }
     ExtrinsicsError { NotARotation = 200, NoDirection = 201, AlongOpticalAxis = 202 }
     ConfigError {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
         MaxCorrection = 308, LensPrior = 309, FactoryYaw = 311, LensYaw = 312, BaselineLength = 313,
     }
-    PushError {
-        Busy = 401, Score = 402, GridStep = 403,
-        Pixel { 0: side, 1: why } = 410 + 10 * side.code() + why.code() - RAY,
-    }
+    PushError { Busy = BUSY, Score = SCORE, GridStep = 403, Pixel { 1: why } = why.code() }
     RangeError {
-        NoBaseline = 1200, NotLocked = 1201, Reading = 1202, NoMatch = 1203, Contradicts = 1204,
-        Pixel { 0: why } = 1210 + why.code() - RAY,
+        NoBaseline = 1200, NotLocked = NOT_LOCKED, Reading = 1202, NoMatch = NO_MATCH,
+        Contradicts = CONTRADICTS, Pixel { 0: why } = why.code(),
     }
-    MotionError { NotLocked = 1220, TooFew = 1221, NoMotion = 1222, Contradicts = 1223 }
+    MotionError {
+        NotLocked = NOT_LOCKED, TooFew = TOO_FEW, NoMotion = 1222, Contradicts = CONTRADICTS,
+    }
     Rejection {
-        NotBegun = 501, TooFew = 502, NoConsensus = 503, Unobservable = 504, Behind = 506, Columns = 507,
-        NoDepth = 508, TooUncertain = 600, CorrectionLimit = 601, NoRig = 602, Disagrees = 603, Frozen = 605,
+        NotBegun = 501, TooFew = TOO_FEW, NoConsensus = 503, Unobservable = 504, Behind = 506,
+        Columns = 507, NoDepth = 508, TooUncertain = 600, CorrectionLimit = 601, NoRig = 602,
+        Disagrees = 603, Frozen = FROZEN,
     }
     ApplyError {
-        NoProposal = 700, Inconsistent = 701, NotLocked = 702, Doubtful = 703, Frozen = 704,
-        NothingToUndo = 705,
+        NoProposal = NO_ESTIMATE, Inconsistent = 701, NotLocked = NOT_LOCKED, Doubtful = 703,
+        Frozen = FROZEN, NothingToUndo = 705,
     }
-    RectifyError {
-        Alpha = 800, NoCommonView = 801, Behind { 0: side } = 813 + 10 * side.code(),
-        Border { 0: side, 1: why } = 810 + 10 * side.code() + why.code() - RAY,
-    }
+    RectifyError { Alpha = 800, NoCommonView = 801, Behind = 802, Border = 803 }
     RestoreError {
         Damaged = 1000, Foreign = 1001, Layout = 1002, OtherRig = 1003, Absurd = 1004, Config = 1005,
     }

@@ -9,17 +9,24 @@
 //! # The walk
 //!
 //! ```text
-//! pixels -> Camera      undistorted rays; cameras and extrinsics: FactoryCalibration
-//!        -> Batch       up to N correspondences of one stereo pair, selected; Calibrator::push
-//!        -> pair        R, t of the batch, with their information: PairReport
-//!        -> fusion      the estimate over all pairs: Proposal; Calibrator::solve_pair takes both steps
-//!        -> check       residuals in use and proposed, arming: Health; Calibrator::health
-//!        -> apply       the estimate is put into use: Calibration; Calibrator::apply
-//!        -> rectifier   Calibration::homographies
+//! FactoryCalibration   cameras, and the extrinsics of production or a guess: where everything starts
+//! pixels -> batch      undistorted to rays, up to N kept: Calibrator::push
+//!        -> pair       R, t of the batch, with their information: PairReport
+//!        -> estimate   over all pairs: Proposal. Calibrator::solve_pair takes both steps and returns an Outcome
+//!        -> check      residuals in use and proposed, may it arm, and why not: Health
+//!        -> apply      the estimate is put into use: Calibrator::apply returns a Calibration
+//!        -> rectifier  Calibration::homographies
 //! ```
 //!
-//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] does. [`link`] receives a matcher's frames and
-//! [`store`] keeps records in flash; the estimator depends on neither.
+//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] does. A firmware loads [`Calibrator::in_use`] at
+//! start, before any pair has come. [`link`] receives a matcher's frames and [`store`] keeps records in flash; the
+//! estimator depends on neither.
+//!
+//! # Modules
+//!
+//! The root has the names of a firmware. [`geometry`] has lens models, rectification and rotations, [`batch`] the
+//! correspondences that are held, [`outcome`] parts of the results, [`depth`] the witnesses of a known distance and of a
+//! motion.
 //!
 //! # Example
 //!
@@ -28,12 +35,12 @@
 //! ```
 //! use stereo_selfcal::{Calibration, Calibrator, Correspondence};
 //!
-//! /// Takes one stereo pair; the calibration to rectify with.
+//! /// Takes one stereo pair; returns the calibration to rectify with.
 //! fn on_pair<const N: usize>(
 //!     calibrator: &mut Calibrator<f32, N>,
 //!     matches: &[Correspondence<f32>],
 //! ) -> Calibration<f32> {
-//!     // Too few, no consensus, rejected: the state may have changed, what is in use has not.
+//!     // A pair that is not fused is normal, and never changes the calibration in use.
 //!     log(&calibrator.take_pair(matches.iter().copied()));
 //!     match calibrator.health() {
 //!         Ok(health) => log(&health),
@@ -58,24 +65,24 @@
 //! * Scalar: `f32` ships, `f64` is the reference. The same input gives the same bits on every target.
 //! * [`nalgebra`] is part of the public API and is re-exported.
 //!
-//! # Errors
-//! and actions
+//! # Errors and actions
 //!
-//! Every error is a small `Copy` enum, one per operation, with `Display`, [`core::error::Error`] and a stable number
-//! `code()`. No error changes the extrinsics in use.
+//! Every error is a small `Copy` enum, one per operation, with `Display`, [`core::error::Error`] and a number `code()`, one
+//! for each remedy. No error changes the extrinsics in use.
 //!
 //! | error | of | action |
 //! |---|---|---|
 //! | [`ConfigError`] | `Config::with_*` | Correct the named parameter. In a `const` it fails the build. |
-//! | [`CameraError`] | [`Camera::try_new`] | Correct the named quantity. |
-//! | [`ExtrinsicsError`] | [`Extrinsics::try_new`] | Correct `R` or `t`; a baseline along an optical axis cannot be rectified. |
-//! | [`UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
-//! | [`ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
+//! | [`geometry::CameraError`] | [`Camera::try_new`] | Correct the named quantity. |
+//! | [`geometry::ExtrinsicsError`] | [`Extrinsics::try_new`] | Correct `R` or `t`; a baseline along an optical axis cannot be rectified. |
+//! | [`geometry::UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
+//! | [`geometry::ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
 //! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; many of them: wrong cameras. `Busy`: finish or discard the pair. |
 //! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `CorrectionLimit` again and again: factory values or mounting. `Frozen`: intended. |
-//! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; its cause, if any, is the likeliest mistake. |
-//! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: fuse more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
-//! | [`RectifyError`] | [`RectifiedCamera::try_choose`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
+//! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; it names the likeliest mistake, if pairs show one. |
+//! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
+//! | [`geometry::RectifyError`] | [`Calibration::homographies`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
+//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_range`], [`Calibrator::push_motion`] | `NotLocked`: read again later. `Contradicts`, again and again: the sensor, or its scale. |
 //! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Go on: the calibrator starts from the factory calibration. |
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the cameras set are of another image. |
 //! | [`link::HeaderError`], [`link::RecordError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
@@ -100,34 +107,12 @@
 //! * Locked, a frame of 1,000 matches takes 0.80 million from its first byte to its outcome: 0.48 million to decode and
 //!   select, 0.31 million for the pair. While acquiring 1.93 million; a batch of mismatches alone, 1.34 million for the
 //!   pair.
-//! * Slices: call `advance_pair` once per period until it returns an outcome. The
-//!   longest call then decides the time slice. The result is that of [`Calibrator::solve_pair`], bit for bit.
+//! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice. The
+//!   result is that of [`Calibrator::solve_pair`], bit for bit.
 //! * A frame that comes before the last pair is done: a driver of [`link`] reads nothing, and the sender keeps its
 //!   frame; without a driver `push` returns [`PushError::Busy`], and a decoder
-//!   [`link::FrameRefusal::Busy`], once a frame. The pair goes on. [`Calibrator::discard_pair`] gives it up instead;
-//!   the estimate stays as it is. A frame left out is only a pair less.
-//!
-//! # Glossary
-//!
-//! | term | meaning |
-//! |---|---|
-//! | pair | One stereo image pair: its correspondences in the [`Batch`], and their solution, [`PairReport`]. |
-//! | pass | One read of the whole batch: the unit of time of a solve. |
-//! | search, track | Solve from far, by an annealed loss; solve near a hypothesis, in 4 passes. |
-//! | factory | Extrinsics that the rig left production with: start, prior, and centre of the correction limit. |
-//! | calibration | Extrinsics, and the cameras that they belong to: as given, or corrected ([`LensTracking::Compensate`]). |
-//! | in use | Calibration that the caller rectifies with, as of the last [`Calibrator::apply`]. |
-//! | generation | Number that changes exactly when the extrinsics in use, or the correction of their cameras, do. |
-//! | proposal | The estimate over all fused pairs, not in use yet. |
-//! | hypothesis | Extrinsics with the sums of the pairs that support them. |
-//! | champion | The hypothesis that is reported, once four pairs agree. |
-//! | challenger | The hypothesis of pairs outside the champion's gate. Three pairs that show another rig promote it. |
-//! | baseline observed | The pairs have determined `t`, and not `R` alone: near points, or many pairs. |
-//! | high leverage | Share of a correspondence in the information on `t` far above the usual: near points, or outliers. |
-//! | repeated scene | A pair with the matches of the pair before it, as of a vehicle at rest: it replaces that pair. |
-//! | image halves | Two halves of the image, estimated apart: their disagreement shows biased matches ([`Doubt`]). |
-//! | screened | Within the threshold of the residual: counted as an inlier. |
-//! | band, arming | Verdict on the row offset in use; yes or no to an arming check. |
+//!   [`link::FrameRefusal::Busy`], once a frame. The pair goes on. [`Calibrator::discard_pair`] abandons it instead;
+//!   the estimate stays as it is. A frame that is left out costs one pair.
 //!
 //! # Features
 //!
@@ -139,6 +124,22 @@
 //! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
 //!
 //! Minimum supported Rust version: 1.89.
+//!
+//! # Glossary
+//!
+//! Words of this crate; all others are the field's.
+//!
+//! | term | meaning |
+//! |---|---|
+//! | pair | One stereo image pair: the correspondences of the batch, and the extrinsics that solve them. |
+//! | pass | One read of the whole batch: the unit of time of a solve. |
+//! | search, track | A solve from far, by an annealed loss; a solve near a known estimate, in 4 passes. |
+//! | factory | Calibration that the rig left production with, or a guess: start, prior, and centre of the correction limit. |
+//! | in use | Calibration that the caller rectifies with; [`Calibrator::apply`] changes it, and then its generation number. |
+//! | proposal | The estimate over all fused pairs, which `apply` puts into use. |
+//! | challenger | An estimate of the pairs that disagree with the reported one; three pairs that show another rig promote it. |
+//! | repeated scene | A pair with the matches of the pair before it, as of a vehicle at rest: it replaces that pair. |
+//! | witness | A measurement of the yaw of the mount alone: a known distance, or tracked matches of a rig that moves. |
 
 #![no_std]
 #![forbid(unsafe_code)]
@@ -152,18 +153,18 @@
 mod error;
 
 mod algebra;
-mod batch;
+pub mod batch;
 mod calibrator;
 mod checksum;
 mod config;
-mod depth;
+pub mod depth;
 mod fusion;
-mod geometry;
+pub mod geometry;
 pub mod link;
-mod outcome;
+pub mod outcome;
 mod pair;
 #[cfg(feature = "paper")]
-mod paper;
+pub mod paper;
 mod record;
 mod scalar;
 mod state;
@@ -179,37 +180,18 @@ mod readme {}
 
 pub use nalgebra;
 
-pub use algebra::information::{Information, StandardDeviations};
-pub use batch::correspondence::{Cameras, Correspondence, RayPair};
-pub use batch::row_offset::row_offset;
-pub use batch::{Batch, Pushed};
+pub use batch::correspondence::{Cameras, Correspondence};
 pub use calibrator::{Calibration, Calibrator};
-pub use config::{Central, Config, LensPrior, LensTracking};
-pub use depth::mount::Witnessed;
-pub use depth::range::{Range, RangeReading};
-pub use error::{
-    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, ProjectError, PushError,
-    RangeError, RectifyError, Rejection, RestoreError, Side, UndistortError,
-};
+pub use config::{Config, LensPrior, LensTracking};
+pub use error::{ApplyError, ConfigError, PushError, Rejection, RestoreError};
 pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;
-pub use geometry::homography::RectifiedCamera;
-pub use geometry::lens::{Fisheye, Lens, RadialTangential};
-pub use geometry::lens_correction::LensCorrection;
-pub use geometry::rational::Rational;
-pub use geometry::rectification::RectifyingRotations;
-pub use geometry::{metrics, so3};
+pub use geometry::lens::Lens;
 pub use outcome::cause::Cause;
-pub use outcome::health::{Arming, Band, DEPTHS_M, Health, NoHealth};
-pub use outcome::lens_estimate::{Finding, LensEstimate};
+pub use outcome::health::{Band, Health, NoHealth};
 pub use outcome::pair_report::{Fused, Outcome, PairReport};
-pub use outcome::proposal::{Direction, Doubt, Proposal};
+pub use outcome::proposal::Proposal;
 pub use outcome::reasons::{Reason, Reasons};
-pub use outcome::vibration::Vibration;
-#[cfg(feature = "paper")]
-pub use paper::mean_direction::{FusedEstimate, MeanDirection};
-#[cfg(feature = "paper")]
-pub use paper::solver::HuberSolver;
 pub use record::factory::FactoryCalibration;
 pub use scalar::Scalar;
-pub use state::{State, Stop};
+pub use state::State;

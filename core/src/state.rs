@@ -1,4 +1,4 @@
-//! States: of the estimate, and of a solver that has ended.
+//! State of the estimate, and why a solver stopped.
 
 /// Reliability of the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

@@ -27,7 +27,7 @@ use firmware_sim::board::{Timer, exit};
 use firmware_sim::recording::{self, FRAMES, PAIRS, ReplayBus};
 use panic_probe as _;
 use static_cell::StaticCell;
-use stereo_selfcal::Config;
+use stereo_selfcal::Calibration;
 use stereo_selfcal::link::FpgaMatcher;
 
 /// Size of the queue, bytes: two of the longest frames.
@@ -142,7 +142,15 @@ async fn calibrate(controller: &'static mut Controller) {
     let turns = TURNS.load(Ordering::Relaxed);
     let applied = controller.apply();
     info!("{} turns of the other task within pairs; applied: {}", turns, applied.is_ok());
+    if let Ok(calibration) = &applied {
+        load_rectifier(calibration);
+    }
     exit(applied.is_ok() && turns > 0)
+}
+
+/// Stands for the rectifier of the board: at start with the calibration in use, then with each that is applied.
+fn load_rectifier(calibration: &Calibration<f32>) {
+    info!("rectifier: generation {}, {}", calibration.generation, calibration.extrinsics);
 }
 
 /// Takes the pair, one step a turn; returns whether it was fused.
@@ -171,6 +179,7 @@ async fn main(spawner: Spawner) {
     static CONTROLLER: StaticCell<Controller> = StaticCell::new();
     let Ok(cameras) = recording::cameras() else { exit(false) };
     let controller = CONTROLLER.init_with(|| firmware_sim::start(cameras));
+    load_rectifier(&controller.in_use());
     let (Ok(calibrate), Ok(other)) = (calibrate(controller), other()) else { exit(false) };
     spawner.spawn(calibrate);
     spawner.spawn(other);

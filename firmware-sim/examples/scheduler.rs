@@ -78,6 +78,7 @@ mod firmware {
     use firmware_sim::{App, Controller, Event};
     use heapless::spsc::Queue;
     use static_cell::StaticCell;
+    use stereo_selfcal::Calibration;
     use stereo_selfcal::link::FpgaMatcher;
 
     use super::{Inbox, QUEUE_BYTES, Receiver};
@@ -110,11 +111,17 @@ mod firmware {
         let Ok(cameras) = recording::cameras() else { exit(false) };
         // In place: a `const` initial value would take as much flash as the calibrator.
         let controller = cx.local.memory.init_with(|| firmware_sim::start(cameras));
+        load_rectifier(&controller.in_use());
         let (bytes, read) = cx.local.fifo.split();
         let receiver =
             Receiver { timer: Timer::every(PERIOD), recording: ReplayBus::new(FRAMES), bytes };
         let inbox = Inbox { bytes: read.into() };
         (Shared {}, Local { receiver, inbox, controller })
+    }
+
+    /// Stands for the rectifier of the board: at start with the calibration in use, then with each that is applied.
+    fn load_rectifier(calibration: &Calibration<f32>) {
+        info!("rectifier: generation {}, {}", calibration.generation, calibration.extrinsics);
     }
 
     /// Enqueues the next bytes if they fit.
@@ -167,6 +174,9 @@ mod firmware {
         let interrupted = INTERRUPTED.load(Ordering::Relaxed);
         let applied = app.apply();
         info!("{} interrupts within a pass; applied: {}", interrupted, applied.is_ok());
+        if let Ok(calibration) = &applied {
+            load_rectifier(calibration);
+        }
         exit(applied.is_ok() && interrupted > 0)
     }
 }

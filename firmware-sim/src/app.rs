@@ -5,10 +5,10 @@ use core::mem;
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
+use stereo_selfcal::depth::{RangeError, RangeReading, Witnessed};
 use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received};
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Fused, Health, Outcome, PairReport, RangeError,
-    RangeReading, Rejection, State, Witnessed,
+    ApplyError, Calibration, Calibrator, Fused, Health, Outcome, PairReport, Rejection, State,
 };
 
 /// Result of one [`App::poll`].

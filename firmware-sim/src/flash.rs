@@ -11,7 +11,7 @@ use firmware_sim::recording::{self, FRAMES, NAME, PAIRS, ReplayBus};
 use firmware_sim::{App, CAPACITY, Controller, Event, PairOutcome};
 use panic_probe as _;
 use static_cell::StaticCell;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::store::{SavePolicy, Store};
 use stereo_selfcal::{Cameras, Config, Extrinsics, FactoryCalibration};
 

@@ -7,11 +7,9 @@ use core::convert::Infallible;
 
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
+use stereo_selfcal::geometry::{CameraError, ExtrinsicsError, RadialTangential};
 use stereo_selfcal::link::{FpgaMatcher, FrameHeader};
-use stereo_selfcal::{
-    Camera, CameraError, Cameras, Extrinsics, ExtrinsicsError, Intrinsics, Lens, RadialTangential,
-    Scalar,
-};
+use stereo_selfcal::{Camera, Cameras, Extrinsics, Intrinsics, Lens, Scalar};
 
 #[expect(clippy::unreadable_literal, missing_docs, reason = "numbers of the data set")]
 mod generated {

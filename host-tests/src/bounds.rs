@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
 use stereo_selfcal::Extrinsics;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use crate::data::Rays;
 

@@ -1,6 +1,6 @@
 //! Means and order statistics, with one definition for all tables, pictures and tests.
 
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 /// Quantile of some numbers, linear between neighbours (Hyndman and Fan, type 7); `None` without a number.
 ///

@@ -7,12 +7,12 @@
  * same point in the left and the right camera frame. Matrices row by row, angles in rad, pixels of the
  * raw image, before undistortion, with the centre of the top left pixel at (0, 0).
  *
- * Every function returns a selfcal_error_t and writes its results through pointers; the exceptions are the
- * _string functions. Pointers must not be null, unless the function documents otherwise. Null and
- * misaligned pointers and storage that is not initialised are refused. A refused call changes no
- * extrinsics, and writes no results but those that its documentation names. Refused correspondences are
- * counted. A refused pair is noted in the health and may count against the estimate: clear the batch and
- * go on with the next pair.
+ * Every function returns a selfcal_error_t and writes its results through pointers; the exceptions are
+ * selfcal_string and selfcal_argument_string, which return a text. Pointers must not be null, unless the
+ * function documents otherwise. Null and misaligned pointers and storage that is not initialised are refused.
+ * A refused call changes no extrinsics, and writes no results but those that its documentation names. Refused
+ * correspondences are counted. A refused pair is noted in the health and may count against the estimate: go on
+ * with the next pair.
  *
  * Nothing allocates, blocks or keeps a pointer. One call at a time for each calibrator and each link.
  *
@@ -21,14 +21,13 @@
  *
  *     static selfcal_t cal;
  *
- *     at start: selfcal_init, selfcal_set_cameras, selfcal_set_factory
+ *     at start: selfcal_init(&cal, sizeof cal, NULL, &factory);
+ *               selfcal_in_use(&cal, &calibration); load the rectifier with it
  *     for each stereo pair:
- *         selfcal_push_array(&cal, matches, count, NULL);
- *         if (selfcal_solve_pair(&cal) == SELFCAL_OK)
- *             selfcal_fuse(&cal, NULL);
- *         selfcal_health(&cal, &health);
- *         selfcal_clear_pair(&cal);
- *     when it suits: selfcal_apply(&cal, &calibration);
+ *         selfcal_take_pair(&cal, matches, count, NULL);
+ *         selfcal_health(&cal, &health, NULL);
+ *         if (selfcal_apply(&cal, &calibration) == SELFCAL_OK)
+ *             load the rectifier with it
  *
  * SELFCAL_CAPACITY follows the library: define SELFCAL_CAPACITY_64, _128, _512 or _1024 if it was built
  * with the feature of that name. selfcal_init refuses storage that is too small.
@@ -80,7 +79,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (792 + ((23 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_STORAGE_WORDS (740 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -91,6 +90,11 @@
  * Alignment of `selfcal_t`, bytes, sufficient on every target.
  */
 #define SELFCAL_STORAGE_ALIGN 8
+
+/**
+ * Length of a record of `selfcal_factory_to_record`, bytes.
+ */
+#define SELFCAL_FACTORY_BYTES 180
 
 /**
  * Size of `selfcal_link_t` in words of 8 bytes, sufficient on every target.
@@ -143,17 +147,12 @@
 #define SELFCAL_SNAPSHOT_BYTES 400
 
 /**
- * Length of a record of `selfcal_factory_to_record`, bytes.
- */
-#define SELFCAL_FACTORY_BYTES 180
-
-/**
- * Result of a call. From 100 on, the numbers are those of the core. Numbers stay; new ones may
- * come.
+ * Result of a call: one number for each remedy, whichever function returns it. From 100 on, the numbers are those of
+ * the core.
  */
 enum selfcal_error_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : int32_t
+  : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
@@ -177,447 +176,203 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_NOT_INITIALISED = 4,
     /**
-     * the configuration is not initialised; call selfcal_config_default first
+     * an argument is out of its range
      */
-    SELFCAL_ERROR_CONFIG_NOT_INITIALISED = 5,
+    SELFCAL_ERROR_VALUE = 5,
     /**
-     * an argument is no value of its enumeration
+     * a parameter of the configuration is out of its range; selfcal_argument_string names it
      */
-    SELFCAL_ERROR_VALUE = 6,
+    SELFCAL_ERROR_CONFIG = 6,
     /**
-     * an array is longer than the address space
+     * a camera or the extrinsics are not valid; selfcal_argument_string names the quantity
      */
-    SELFCAL_ERROR_COUNT = 7,
-    /**
-     * no cameras are set; call selfcal_set_cameras first
-     */
-    SELFCAL_ERROR_NO_CAMERAS = 8,
-    /**
-     * no pair has been solved since the batch was last begun or cleared, or its fusion has been read
-     */
-    SELFCAL_ERROR_NO_REPORT = 9,
-    /**
-     * no pair has been fused
-     */
-    SELFCAL_ERROR_NO_ESTIMATE = 10,
-    /**
-     * no cameras, no fused pair, or no match in the batch that fits the estimate
-     */
-    SELFCAL_ERROR_NO_HEALTH = 11,
-    /**
-     * depth errors are predicted in the locked state only
-     */
-    SELFCAL_ERROR_NO_DEPTH_ERROR = 12,
-    /**
-     * the length of the baseline is not finite or not above 0
-     */
-    SELFCAL_ERROR_BASELINE = 13,
-    /**
-     * the rectified camera is not finite, or its focal length is not above 0
-     */
-    SELFCAL_ERROR_RECTIFIED_CAMERA = 14,
+    SELFCAL_ERROR_FACTORY = 7,
     /**
      * the core returned an error that this API does not know
      */
     SELFCAL_ERROR_UNKNOWN = 99,
     /**
-     * left camera: a focal length is not finite or not within 1 to 1e6 px
+     * a pixel or a ray is not finite
      */
-    SELFCAL_ERROR_LEFT_FOCAL_LENGTH = 100,
+    SELFCAL_ERROR_NOT_FINITE = 120,
     /**
-     * left camera: the principal point is not finite, or further from the image than its size
+     * a pixel is outside the image by more than half a pixel
      */
-    SELFCAL_ERROR_LEFT_PRINCIPAL_POINT = 101,
+    SELFCAL_ERROR_OUTSIDE_IMAGE = 121,
     /**
-     * left camera: the image is smaller than 2 x 2 px
+     * the lens model is not one to one at the pixel, or the ray is over 85 degrees off axis
      */
-    SELFCAL_ERROR_LEFT_IMAGE_SIZE = 102,
+    SELFCAL_ERROR_NOT_INVERTIBLE = 122,
     /**
-     * left camera: the magnitude of a lens coefficient is above 1e3 or not finite
+     * the lens model is not one to one at the ray
      */
-    SELFCAL_ERROR_LEFT_DISTORTION = 103,
+    SELFCAL_ERROR_BEYOND_LENS = 123,
     /**
-     * left camera: the lens model is no value of selfcal_lens_t
+     * a pair is being solved; finish or discard it first
      */
-    SELFCAL_ERROR_LEFT_LENS = 104,
+    SELFCAL_ERROR_BUSY = 401,
     /**
-     * left camera: a coefficient that the lens model does not use is not 0
+     * the score is not within 0 to 1
      */
-    SELFCAL_ERROR_LEFT_COEFFICIENT = 105,
+    SELFCAL_ERROR_SCORE = 402,
     /**
-     * right camera: a focal length is not finite or not within 1 to 1e6 px
+     * the grid step is not within 0 to 255.99 px
      */
-    SELFCAL_ERROR_RIGHT_FOCAL_LENGTH = 110,
+    SELFCAL_ERROR_GRID_STEP = 403,
     /**
-     * right camera: the principal point is not finite, or further from the image than its size
+     * fewer usable correspondences than configured; collect more
      */
-    SELFCAL_ERROR_RIGHT_PRINCIPAL_POINT = 111,
+    SELFCAL_ERROR_TOO_FEW = 502,
     /**
-     * right camera: the image is smaller than 2 x 2 px
+     * the correspondences agree on no extrinsics; all may be outliers
      */
-    SELFCAL_ERROR_RIGHT_IMAGE_SIZE = 112,
+    SELFCAL_ERROR_NO_CONSENSUS = 503,
     /**
-     * right camera: the magnitude of a lens coefficient is above 1e3 or not finite
+     * a direction is not observable; correspondences all alike, on a line, or at infinity
      */
-    SELFCAL_ERROR_RIGHT_DISTORTION = 113,
+    SELFCAL_ERROR_UNOBSERVABLE = 504,
     /**
-     * right camera: the lens model is no value of selfcal_lens_t
+     * the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
      */
-    SELFCAL_ERROR_RIGHT_LENS = 114,
+    SELFCAL_ERROR_BEHIND = 506,
     /**
-     * right camera: a coefficient that the lens model does not use is not 0
+     * disparities run along the columns; u and v exchanged, cameras one above the other, or a wrong t
      */
-    SELFCAL_ERROR_RIGHT_COEFFICIENT = 115,
+    SELFCAL_ERROR_COLUMNS = 507,
     /**
-     * ray: the pixel is not finite
+     * no depth; all disparities are alike, as with the same image on both sides
      */
-    SELFCAL_ERROR_RAY_NOT_FINITE = 120,
+    SELFCAL_ERROR_NO_DEPTH = 508,
     /**
-     * ray: the pixel is outside the image by more than half a pixel
+     * the standard deviation of the weakest direction of the pair is too large
      */
-    SELFCAL_ERROR_RAY_OUTSIDE_IMAGE = 121,
+    SELFCAL_ERROR_TOO_UNCERTAIN = 600,
     /**
-     * ray: the lens model is not one to one at the pixel, or the ray is over 85 degrees off axis
+     * the distance from the factory extrinsics exceeds the correction limit
      */
-    SELFCAL_ERROR_RAY_NOT_INVERTIBLE = 122,
+    SELFCAL_ERROR_CORRECTION_LIMIT = 601,
     /**
-     * pixel: the ray is not finite
+     * the estimate with this pair cannot be rectified
      */
-    SELFCAL_ERROR_PIXEL_NOT_FINITE = 130,
+    SELFCAL_ERROR_NO_RIG = 602,
     /**
-     * pixel: the lens model is not one to one at the ray
+     * the pair disagrees with the estimate and with the challenger
      */
-    SELFCAL_ERROR_PIXEL_BEYOND_LENS = 131,
+    SELFCAL_ERROR_DISAGREES = 603,
     /**
-     * extrinsics: R is not finite, not orthonormal to about 0.1, or a reflection
+     * the calibrator is frozen
      */
-    SELFCAL_ERROR_EXTRINSICS_NOT_A_ROTATION = 200,
+    SELFCAL_ERROR_FROZEN = 605,
     /**
-     * extrinsics: t is not finite or has no direction
+     * no pair has been fused
      */
-    SELFCAL_ERROR_EXTRINSICS_NO_DIRECTION = 201,
+    SELFCAL_ERROR_NO_ESTIMATE = 700,
     /**
-     * extrinsics: t is within 6 degrees of an optical axis; such a rig cannot be rectified
+     * the fused pairs agree on no extrinsics
      */
-    SELFCAL_ERROR_EXTRINSICS_ALONG_OPTICAL_AXIS = 202,
+    SELFCAL_ERROR_INCONSISTENT = 701,
     /**
-     * configuration: the Huber threshold is not finite or not above 0 px
+     * the estimate is not locked; read selfcal_state
      */
-    SELFCAL_ERROR_CONFIG_HUBER_THRESHOLD = 300,
+    SELFCAL_ERROR_NOT_LOCKED = 702,
     /**
-     * configuration: fewer than 2 passes
+     * a second crowd of matches, or image halves that disagree; read the health
      */
-    SELFCAL_ERROR_CONFIG_MAX_PASSES = 301,
+    SELFCAL_ERROR_DOUBTFUL = 703,
     /**
-     * configuration: the step tolerance is not within 0 to 0.1 rad
+     * nothing has been applied since the last reset or undo
      */
-    SELFCAL_ERROR_CONFIG_STEP_TOLERANCE = 302,
+    SELFCAL_ERROR_NOTHING_TO_UNDO = 705,
     /**
-     * configuration: fewer than 6 correspondences
+     * alpha is not within 0 to 1
      */
-    SELFCAL_ERROR_CONFIG_MIN_CORRESPONDENCES = 303,
+    SELFCAL_ERROR_ALPHA = 800,
     /**
-     * configuration: the noise floor is not finite or not above 0 px
+     * the rectified views share no rectangle, or are not upright
      */
-    SELFCAL_ERROR_CONFIG_NOISE_FLOOR = 304,
+    SELFCAL_ERROR_NO_COMMON_VIEW = 801,
     /**
-     * configuration: the standard deviation of the prior is not within 1e-4 to 1 rad
+     * an image border is behind the rectified plane; the rotation is too large
      */
-    SELFCAL_ERROR_CONFIG_PRIOR_SD = 305,
+    SELFCAL_ERROR_BEHIND_PLANE = 802,
     /**
-     * configuration: the largest standard deviation is not finite or not above 0 rad
+     * a point on an image border has no ray; check the lens model
      */
-    SELFCAL_ERROR_CONFIG_MAX_SD = 306,
+    SELFCAL_ERROR_BORDER = 803,
     /**
-     * configuration: the memory is below 20 pairs
+     * the record is damaged
      */
-    SELFCAL_ERROR_CONFIG_MEMORY = 307,
+    SELFCAL_ERROR_RECORD_DAMAGED = 1000,
     /**
-     * configuration: the correction limit is not above 0 and below 1.5 rad
+     * the record is of another kind
      */
-    SELFCAL_ERROR_CONFIG_MAX_CORRECTION = 308,
+    SELFCAL_ERROR_RECORD_FOREIGN = 1001,
     /**
-     * configuration: a deviation of the lens is not within 0 to 0.1, of the principal point 0 to 100 px
+     * the record has the layout of another firmware
      */
-    SELFCAL_ERROR_CONFIG_LENS_PRIOR = 309,
+    SELFCAL_ERROR_RECORD_LAYOUT = 1002,
     /**
-     * configuration: the deviation of the factory yaw is not within 1e-6 to 1 rad
+     * the record is of other cameras or other factory extrinsics
      */
-    SELFCAL_ERROR_CONFIG_FACTORY_YAW = 311,
+    SELFCAL_ERROR_RECORD_OTHER_RIG = 1003,
     /**
-     * configuration: the deviation of the apparent yaw of the lens is not within 0 to 0.1 rad
+     * a number of the record is out of its range; another program wrote it
      */
-    SELFCAL_ERROR_CONFIG_LENS_YAW = 312,
+    SELFCAL_ERROR_RECORD_ABSURD = 1004,
     /**
-     * configuration: the length of the baseline is not within 1e-3 to 1e3 m
+     * the record is beyond the correction limit, or of corrected cameras where the configuration only reports
      */
-    SELFCAL_ERROR_CONFIG_BASELINE_LENGTH = 313,
+    SELFCAL_ERROR_RECORD_CONFIG = 1005,
     /**
-     * push: a pair is being solved; finish or clear it first
+     * frame refused, the image sizes of matcher and cameras differ; feed on
      */
-    SELFCAL_ERROR_PUSH_BUSY = 401,
+    SELFCAL_ERROR_IMAGE_SIZE = 1102,
     /**
-     * push: the score is not within 0 to 1
+     * frame header with an unknown flag, fraction bits beyond 8, or a pyramid ratio below 64/64
      */
-    SELFCAL_ERROR_PUSH_SCORE = 402,
+    SELFCAL_ERROR_FRAME_HEADER = 1113,
     /**
-     * push: the grid step is not within 0 to 255.99 px
-     */
-    SELFCAL_ERROR_PUSH_GRID_STEP = 403,
-    /**
-     * push: the left pixel is not finite
-     */
-    SELFCAL_ERROR_PUSH_LEFT_NOT_FINITE = 410,
-    /**
-     * push: the left pixel is outside the image by more than half a pixel
-     */
-    SELFCAL_ERROR_PUSH_LEFT_OUTSIDE_IMAGE = 411,
-    /**
-     * push: the lens model is not invertible at the left pixel
-     */
-    SELFCAL_ERROR_PUSH_LEFT_NOT_INVERTIBLE = 412,
-    /**
-     * push: the right pixel is not finite
-     */
-    SELFCAL_ERROR_PUSH_RIGHT_NOT_FINITE = 420,
-    /**
-     * push: the right pixel is outside the image by more than half a pixel
-     */
-    SELFCAL_ERROR_PUSH_RIGHT_OUTSIDE_IMAGE = 421,
-    /**
-     * push: the lens model is not invertible at the right pixel
-     */
-    SELFCAL_ERROR_PUSH_RIGHT_NOT_INVERTIBLE = 422,
-    /**
-     * pair: not begun; call selfcal_begin_pair first
-     */
-    SELFCAL_ERROR_PAIR_NOT_BEGUN = 501,
-    /**
-     * pair: fewer usable correspondences than configured; collect more
-     */
-    SELFCAL_ERROR_PAIR_TOO_FEW = 502,
-    /**
-     * pair: the correspondences agree on no extrinsics; all may be outliers
-     */
-    SELFCAL_ERROR_PAIR_NO_CONSENSUS = 503,
-    /**
-     * pair: a direction is not observable; correspondences all alike, on a line, or at infinity
-     */
-    SELFCAL_ERROR_PAIR_UNOBSERVABLE = 504,
-    /**
-     * pair: the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
-     */
-    SELFCAL_ERROR_PAIR_BEHIND = 506,
-    /**
-     * pair: disparities run along the columns; u and v exchanged, cameras one above the other, or a wrong t
-     */
-    SELFCAL_ERROR_PAIR_COLUMNS = 507,
-    /**
-     * pair: no depth; all disparities are alike, as of the same image on both sides
-     */
-    SELFCAL_ERROR_PAIR_NO_DEPTH = 508,
-    /**
-     * fuse: the standard deviation of the weakest direction of the pair is too large
-     */
-    SELFCAL_ERROR_FUSE_TOO_UNCERTAIN = 600,
-    /**
-     * fuse: the distance from the factory extrinsics exceeds the correction limit
-     */
-    SELFCAL_ERROR_FUSE_CORRECTION_LIMIT = 601,
-    /**
-     * fuse: the estimate with this pair cannot be rectified
-     */
-    SELFCAL_ERROR_FUSE_NO_RIG = 602,
-    /**
-     * fuse: the pair disagrees with the estimate and with the challenger
-     */
-    SELFCAL_ERROR_FUSE_DISAGREES = 603,
-    /**
-     * fuse: the calibrator is frozen
-     */
-    SELFCAL_ERROR_FUSE_FROZEN = 605,
-    /**
-     * apply: no pair has been fused
-     */
-    SELFCAL_ERROR_APPLY_NO_PROPOSAL = 700,
-    /**
-     * apply: the fused pairs agree on no extrinsics
-     */
-    SELFCAL_ERROR_APPLY_INCONSISTENT = 701,
-    /**
-     * apply: the estimate is not locked; read selfcal_state
-     */
-    SELFCAL_ERROR_APPLY_NOT_LOCKED = 702,
-    /**
-     * apply: a second crowd of matches, or image halves that disagree; read the doubt
-     */
-    SELFCAL_ERROR_APPLY_DOUBTFUL = 703,
-    /**
-     * apply: the calibrator is frozen
-     */
-    SELFCAL_ERROR_APPLY_FROZEN = 704,
-    /**
-     * undo: nothing has been applied since the last reset or undo
-     */
-    SELFCAL_ERROR_APPLY_NOTHING_TO_UNDO = 705,
-    /**
-     * rectify: alpha is not within 0 to 1
-     */
-    SELFCAL_ERROR_RECTIFY_ALPHA = 800,
-    /**
-     * rectify: the rectified views share no rectangle, or are not upright
-     */
-    SELFCAL_ERROR_RECTIFY_NO_COMMON_VIEW = 801,
-    /**
-     * rectify: a point on the border of the left image is not finite
-     */
-    SELFCAL_ERROR_RECTIFY_LEFT_NOT_FINITE = 810,
-    /**
-     * rectify: a point on the border of the left image is outside it
-     */
-    SELFCAL_ERROR_RECTIFY_LEFT_OUTSIDE_IMAGE = 811,
-    /**
-     * rectify: the lens model is not invertible on the border of the left image
-     */
-    SELFCAL_ERROR_RECTIFY_LEFT_NOT_INVERTIBLE = 812,
-    /**
-     * rectify: the left image border is behind the rectified plane; the rotation is too large
-     */
-    SELFCAL_ERROR_RECTIFY_LEFT_BEHIND = 813,
-    /**
-     * rectify: a point on the border of the right image is not finite
-     */
-    SELFCAL_ERROR_RECTIFY_RIGHT_NOT_FINITE = 820,
-    /**
-     * rectify: a point on the border of the right image is outside it
-     */
-    SELFCAL_ERROR_RECTIFY_RIGHT_OUTSIDE_IMAGE = 821,
-    /**
-     * rectify: the lens model is not invertible on the border of the right image
-     */
-    SELFCAL_ERROR_RECTIFY_RIGHT_NOT_INVERTIBLE = 822,
-    /**
-     * rectify: the right image border is behind the rectified plane; the rotation is too large
-     */
-    SELFCAL_ERROR_RECTIFY_RIGHT_BEHIND = 823,
-    /**
-     * restore: the record is damaged
-     */
-    SELFCAL_ERROR_RESTORE_DAMAGED = 1000,
-    /**
-     * restore: the record is of another kind
-     */
-    SELFCAL_ERROR_RESTORE_FOREIGN = 1001,
-    /**
-     * restore: the record has the layout of another firmware
-     */
-    SELFCAL_ERROR_RESTORE_LAYOUT = 1002,
-    /**
-     * restore: the record is of other cameras or other factory extrinsics
-     */
-    SELFCAL_ERROR_RESTORE_OTHER_RIG = 1003,
-    /**
-     * restore: a number of the record is out of its range; another program wrote it
-     */
-    SELFCAL_ERROR_RESTORE_ABSURD = 1004,
-    /**
-     * restore: beyond the correction limit, or of corrected cameras where the configuration only reports
-     */
-    SELFCAL_ERROR_RESTORE_CONFIG = 1005,
-    /**
-     * link: a pair is being solved, no byte was used; finish or clear it, then feed on
-     */
-    SELFCAL_ERROR_LINK_BUSY = 1100,
-    /**
-     * link: frame refused, the image sizes of matcher and cameras differ; feed on
-     */
-    SELFCAL_ERROR_LINK_IMAGE_SIZE = 1102,
-    /**
-     * frame: the header has an unknown flag
-     */
-    SELFCAL_ERROR_FRAME_FLAGS = 1113,
-    /**
-     * frame: the fraction bits are not within 0 to 8
-     */
-    SELFCAL_ERROR_FRAME_FRACTION_BITS = 1114,
-    /**
-     * frame: the pyramid ratio is below 64/64
-     */
-    SELFCAL_ERROR_FRAME_PYRAMID_RATIO = 1115,
-    /**
-     * frame: a coordinate is not finite, or not within the 24 bits of a record; drop the match
+     * a coordinate is not finite, or not within the 24 bits of a record; drop the match
      */
     SELFCAL_ERROR_FRAME_COORDINATE = 1120,
     /**
-     * frame: the score is not within 0 to 1; drop the match
-     */
-    SELFCAL_ERROR_FRAME_SCORE = 1121,
-    /**
-     * frame: no level of the pyramid of the header has this grid step
+     * no level of the pyramid of the header has this grid step
      */
     SELFCAL_ERROR_FRAME_GRID_STEP = 1122,
     /**
-     * frame: it has as many matches as its header counts; end it
+     * the frame has as many matches as its header counts; end it
      */
     SELFCAL_ERROR_FRAME_FULL = 1123,
     /**
-     * frame: it has fewer matches than its header counts
+     * the frame has fewer matches than its header counts
      */
     SELFCAL_ERROR_FRAME_MISSING = 1124,
     /**
-     * range: the length of the baseline is not known; call selfcal_config_set_baseline_m
+     * the length of the baseline is not known; set baseline_m of the factory calibration
      */
-    SELFCAL_ERROR_RANGE_NO_BASELINE = 1200,
+    SELFCAL_ERROR_NO_BASELINE = 1200,
     /**
-     * range: the estimate is not locked, or frozen
+     * range or deviation is not that of a sensor
      */
-    SELFCAL_ERROR_RANGE_NOT_LOCKED = 1201,
+    SELFCAL_ERROR_READING = 1202,
     /**
-     * range: range or deviation is not that of a sensor
+     * no match fits the estimate; for a range, none near its pixel
      */
-    SELFCAL_ERROR_RANGE_READING = 1202,
+    SELFCAL_ERROR_NO_MATCH = 1203,
     /**
-     * range: no match near the pixel fits the estimate
+     * the witness contradicts mount and lens
      */
-    SELFCAL_ERROR_RANGE_NO_MATCH = 1203,
+    SELFCAL_ERROR_CONTRADICTS = 1204,
     /**
-     * range: the reading contradicts mount and lens
+     * no motion that tells yaw
      */
-    SELFCAL_ERROR_RANGE_CONTRADICTS = 1204,
-    /**
-     * range: the pixel is not finite
-     */
-    SELFCAL_ERROR_RANGE_NOT_FINITE = 1210,
-    /**
-     * range: the pixel is outside the image by more than half a pixel
-     */
-    SELFCAL_ERROR_RANGE_OUTSIDE_IMAGE = 1211,
-    /**
-     * range: the lens model is not invertible at the pixel
-     */
-    SELFCAL_ERROR_RANGE_NOT_INVERTIBLE = 1212,
-    /**
-     * motion: the estimate is not locked, or frozen
-     */
-    SELFCAL_ERROR_MOTION_NOT_LOCKED = 1220,
-    /**
-     * motion: too few tracked matches
-     */
-    SELFCAL_ERROR_MOTION_TOO_FEW = 1221,
-    /**
-     * motion: no motion that tells yaw
-     */
-    SELFCAL_ERROR_MOTION_NO_MOTION = 1222,
-    /**
-     * motion: it contradicts mount and lens
-     */
-    SELFCAL_ERROR_MOTION_CONTRADICTS = 1223,
+    SELFCAL_ERROR_NO_MOTION = 1222,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum selfcal_error_t selfcal_error_t;
 #else
-typedef int32_t selfcal_error_t;
+typedef uint32_t selfcal_error_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -634,31 +389,99 @@ enum selfcal_pushed_t
      *
      * The batch had room for it.
      */
-    SELFCAL_PUSHED_KEPT = 0,
+    SELFCAL_PUSHED_KEPT = 10000,
     /**
      * replaced another one
      *
      * It replaces another one in the full batch.
      */
-    SELFCAL_PUSHED_REPLACED = 1,
+    SELFCAL_PUSHED_REPLACED = 10001,
     /**
      * left out
      *
      * The full batch keeps the others instead.
      */
-    SELFCAL_PUSHED_LEFT_OUT = 2,
+    SELFCAL_PUSHED_LEFT_OUT = 10002,
     /**
      * unknown
      *
      * A value that this API does not know.
      */
-    SELFCAL_PUSHED_UNKNOWN = 255,
+    SELFCAL_PUSHED_UNKNOWN = 10255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum selfcal_pushed_t selfcal_pushed_t;
 #else
 typedef uint32_t selfcal_pushed_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Effect of a pair on the estimate.
+ */
+enum selfcal_fused_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * added
+     *
+     * The pair is part of the estimate.
+     */
+    SELFCAL_FUSED_ADDED = 12000,
+    /**
+     * same scene again
+     *
+     * The pair shows the same scene as the one before, and replaces it.
+     */
+    SELFCAL_FUSED_REPEATED = 12001,
+    /**
+     * kept apart
+     *
+     * The pair disagrees with the estimate and supports a challenger.
+     */
+    SELFCAL_FUSED_KEPT_APART = 12002,
+    /**
+     * added, older pairs dropped
+     *
+     * The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
+     * drifts.
+     */
+    SELFCAL_FUSED_RENEWED = 12003,
+    /**
+     * challenger promoted
+     *
+     * The pairs of the challenger agree: its estimate is the estimate now.
+     */
+    SELFCAL_FUSED_TOOK_OVER = 12004,
+    /**
+     * lens corrected, estimate begins again
+     *
+     * The pairs show another lens model of the right camera: the estimate begins again with corrected
+     * cameras, `SELFCAL_LENS_TRACKING_COMPENSATE`. The batch is emptied; there is no proposal and no
+     * health until the next pair.
+     */
+    SELFCAL_FUSED_LENS_CORRECTED = 12005,
+    /**
+     * not fused
+     *
+     * The pair is not part of the estimate; the error of the call says why.
+     */
+    SELFCAL_FUSED_NOT = 12254,
+    /**
+     * unknown
+     *
+     * A value that this API does not know.
+     */
+    SELFCAL_FUSED_UNKNOWN = 12255,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_fused_t selfcal_fused_t;
+#else
+typedef uint32_t selfcal_fused_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -675,94 +498,32 @@ enum selfcal_stop_t
      *
      * The step fell below the tolerance.
      */
-    SELFCAL_STOP_CONVERGED = 0,
+    SELFCAL_STOP_CONVERGED = 11000,
     /**
      * no descent
      *
      * No step lowers the cost: the optimum to the resolution of the numbers.
      */
-    SELFCAL_STOP_NO_DESCENT = 1,
+    SELFCAL_STOP_NO_DESCENT = 11001,
     /**
      * passes spent
      *
      * All configured passes are done, as for every pair of a locked estimate. The result is
      * the best pose found.
      */
-    SELFCAL_STOP_PASSES_SPENT = 2,
+    SELFCAL_STOP_PASSES_SPENT = 11002,
     /**
      * unknown
      *
      * A value that this API does not know.
      */
-    SELFCAL_STOP_UNKNOWN = 255,
+    SELFCAL_STOP_UNKNOWN = 11255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum selfcal_stop_t selfcal_stop_t;
 #else
 typedef uint32_t selfcal_stop_t;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Effect of a fused pair on the estimate.
- */
-enum selfcal_fused_t
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * added
-     *
-     * The pair is part of the estimate.
-     */
-    SELFCAL_FUSED_ADDED = 0,
-    /**
-     * same scene again
-     *
-     * The pair shows the same scene as the one before, and replaces it.
-     */
-    SELFCAL_FUSED_REPEATED = 1,
-    /**
-     * kept apart
-     *
-     * The pair disagrees with the estimate and supports a challenger.
-     */
-    SELFCAL_FUSED_KEPT_APART = 2,
-    /**
-     * added, older pairs dropped
-     *
-     * The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
-     * drifts.
-     */
-    SELFCAL_FUSED_RENEWED = 3,
-    /**
-     * challenger promoted
-     *
-     * The pairs of the challenger agree: its estimate is the estimate now.
-     */
-    SELFCAL_FUSED_TOOK_OVER = 4,
-    /**
-     * lens corrected, estimate begins again
-     *
-     * The pairs show another lens model of the right camera: the estimate begins again with corrected
-     * cameras, `SELFCAL_LENS_TRACKING_COMPENSATE`. The batch is emptied; there is no proposal and no
-     * health until the next pair.
-     */
-    SELFCAL_FUSED_LENS_CORRECTED = 5,
-    /**
-     * unknown
-     *
-     * A value that this API does not know.
-     */
-    SELFCAL_FUSED_UNKNOWN = 255,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum selfcal_fused_t selfcal_fused_t;
-#else
-typedef uint32_t selfcal_fused_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -779,31 +540,31 @@ enum selfcal_state_t
      *
      * Not enough pairs agree yet.
      */
-    SELFCAL_STATE_ACQUIRING = 0,
+    SELFCAL_STATE_ACQUIRING = 13000,
     /**
      * locked
      *
      * The last pair agrees with the estimate.
      */
-    SELFCAL_STATE_LOCKED = 1,
+    SELFCAL_STATE_LOCKED = 13001,
     /**
      * suspect
      *
      * The last pairs disagree with the estimate, or a challenger gathers pairs.
      */
-    SELFCAL_STATE_SUSPECT = 2,
+    SELFCAL_STATE_SUSPECT = 13002,
     /**
      * lost
      *
      * Ten pairs in a row disagree with the estimate, and no three with each other.
      */
-    SELFCAL_STATE_LOST = 3,
+    SELFCAL_STATE_LOST = 13003,
     /**
      * unknown
      *
      * A value that this API does not know.
      */
-    SELFCAL_STATE_UNKNOWN = 255,
+    SELFCAL_STATE_UNKNOWN = 13255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -826,103 +587,49 @@ enum selfcal_direction_t
      *
      * Not available in the paper preset.
      */
-    SELFCAL_DIRECTION_NONE = 0,
+    SELFCAL_DIRECTION_NONE = 15000,
     /**
      * pitch
      *
      * Rotation of `R` about x: shifts all rows alike.
      */
-    SELFCAL_DIRECTION_PITCH = 1,
+    SELFCAL_DIRECTION_PITCH = 15001,
     /**
      * yaw
      *
      * Rotation of `R` about y: shears rows with the product of column and row.
      */
-    SELFCAL_DIRECTION_YAW = 2,
+    SELFCAL_DIRECTION_YAW = 15002,
     /**
      * roll
      *
      * Rotation of `R` about z: tilts rows.
      */
-    SELFCAL_DIRECTION_ROLL = 3,
+    SELFCAL_DIRECTION_ROLL = 15003,
     /**
      * baseline forward
      *
      * Rotation of the baseline about y: `t_z`.
      */
-    SELFCAL_DIRECTION_BASELINE_FORWARD = 4,
+    SELFCAL_DIRECTION_BASELINE_FORWARD = 15004,
     /**
      * baseline down
      *
      * Rotation of the baseline about z: `t_y`.
      */
-    SELFCAL_DIRECTION_BASELINE_DOWN = 5,
+    SELFCAL_DIRECTION_BASELINE_DOWN = 15005,
     /**
      * unknown
      *
      * A value that this API does not know.
      */
-    SELFCAL_DIRECTION_UNKNOWN = 255,
+    SELFCAL_DIRECTION_UNKNOWN = 15255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum selfcal_direction_t selfcal_direction_t;
 #else
 typedef uint32_t selfcal_direction_t;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Reason not to trust an estimate.
- */
-enum selfcal_doubt_t
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * none
-     *
-     * No doubt.
-     */
-    SELFCAL_DOUBT_NONE = 0,
-    /**
-     * image halves disagree: t held
-     *
-     * Image halves disagree by more than 3 standard deviations: `t` is not applied.
-     */
-    SELFCAL_DOUBT_BASELINE = 1,
-    /**
-     * image halves disagree: not applied
-     *
-     * Image halves disagree by more than 5 standard deviations: nothing is applied.
-     */
-    SELFCAL_DOUBT_EVERYTHING = 2,
-    /**
-     * axis uncertain
-     *
-     * Paper preset: the rotation is close to the identity or to a half turn; its axis is noise.
-     */
-    SELFCAL_DOUBT_AXIS = 3,
-    /**
-     * all: a second crowd of matches
-     *
-     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
-     * until the view has changed.
-     */
-    SELFCAL_DOUBT_SECOND_MODE = 4,
-    /**
-     * unknown
-     *
-     * A value that this API does not know.
-     */
-    SELFCAL_DOUBT_UNKNOWN = 255,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum selfcal_doubt_t selfcal_doubt_t;
-#else
-typedef uint32_t selfcal_doubt_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -939,84 +646,31 @@ enum selfcal_band_t
      *
      * The estimate does not improve it by a tenth and by more than chance.
      */
-    SELFCAL_BAND_GOOD = 0,
+    SELFCAL_BAND_GOOD = 16000,
     /**
      * improvable
      *
      * Below 1 px; the estimate improves it by a tenth or more, and by more than chance.
      */
-    SELFCAL_BAND_IMPROVABLE = 1,
+    SELFCAL_BAND_IMPROVABLE = 16001,
     /**
      * recalibrate
      *
      * 1 px or more, and the estimate improves it: a matcher that searches along rows fails.
      */
-    SELFCAL_BAND_RECALIBRATE = 2,
+    SELFCAL_BAND_RECALIBRATE = 16002,
     /**
      * unknown
      *
      * The matches do not tell, as `cause` says; or a value that this API does not know.
      */
-    SELFCAL_BAND_UNKNOWN = 255,
+    SELFCAL_BAND_UNKNOWN = 16255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
 typedef enum selfcal_band_t selfcal_band_t;
 #else
 typedef uint32_t selfcal_band_t;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
- * Result of an arming check, and the reason.
- */
-enum selfcal_arming_t
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * yes
-     *
-     * The extrinsics in use fit a locked estimate.
-     */
-    SELFCAL_ARMING_YES = 0,
-    /**
-     * no: not locked
-     *
-     * The estimate is not locked.
-     */
-    SELFCAL_ARMING_NOT_LOCKED = 1,
-    /**
-     * no: doubtful
-     *
-     * A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
-     */
-    SELFCAL_ARMING_DOUBTFUL = 2,
-    /**
-     * no: misaligned
-     *
-     * Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
-     */
-    SELFCAL_ARMING_MISALIGNED = 3,
-    /**
-     * no: matches do not support it
-     *
-     * The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
-     */
-    SELFCAL_ARMING_UNFIT = 4,
-    /**
-     * unknown
-     *
-     * A value that this API does not know.
-     */
-    SELFCAL_ARMING_UNKNOWN = 255,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum selfcal_arming_t selfcal_arming_t;
-#else
-typedef uint32_t selfcal_arming_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1033,67 +687,67 @@ enum selfcal_cause_t
      *
      * None is known.
      */
-    SELFCAL_CAUSE_NONE = 0,
+    SELFCAL_CAUSE_NONE = 18000,
     /**
      * left and right exchanged, t of the other sign, one image mirrored, or both upside down
      *
      * The points are behind the cameras.
      */
-    SELFCAL_CAUSE_REVERSED = 1,
+    SELFCAL_CAUSE_REVERSED = 18001,
     /**
      * cameras one above the other, or t of the factory extrinsics turned
      *
      * Disparities run along the columns.
      */
-    SELFCAL_CAUSE_UPRIGHT = 2,
+    SELFCAL_CAUSE_UPRIGHT = 18002,
     /**
      * u and v exchanged
      *
      * Disparities run along the columns, and no match is beyond the square that u and v have in common.
      */
-    SELFCAL_CAUSE_TRANSPOSED = 3,
+    SELFCAL_CAUSE_TRANSPOSED = 18003,
     /**
      * the same image on both sides
      *
      * Most matches are moved alike between both images, and nothing shows depth.
      */
-    SELFCAL_CAUSE_SAME_IMAGE = 4,
+    SELFCAL_CAUSE_SAME_IMAGE = 18004,
     /**
      * cameras of smaller images, or pixels from another origin than the upper left
      *
      * Most pixels are outside the images of the cameras.
      */
-    SELFCAL_CAUSE_SMALLER_IMAGES = 5,
+    SELFCAL_CAUSE_SMALLER_IMAGES = 18005,
     /**
      * cameras of larger images
      *
      * No match of any pair is right of the middle of the left image, nor below it.
      */
-    SELFCAL_CAUSE_LARGER_IMAGES = 6,
+    SELFCAL_CAUSE_LARGER_IMAGES = 18006,
     /**
      * focal length or lens of another unit or image, as of mm
      *
      * Most pixels have no ray.
      */
-    SELFCAL_CAUSE_FOCAL_LENGTH = 7,
+    SELFCAL_CAUSE_FOCAL_LENGTH = 18007,
     /**
      * another lens, or points that are undistorted already
      *
      * Pairs show an error of the lens models that no calibration leaves.
      */
-    SELFCAL_CAUSE_LENS = 8,
+    SELFCAL_CAUSE_LENS = 18008,
     /**
      * matches that agree on nothing
      *
      * No cause is known.
      */
-    SELFCAL_CAUSE_MISMATCHES = 9,
+    SELFCAL_CAUSE_MISMATCHES = 18009,
     /**
      * unknown
      *
      * A value that this API does not know.
      */
-    SELFCAL_CAUSE_UNKNOWN = 255,
+    SELFCAL_CAUSE_UNKNOWN = 18255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1116,19 +770,19 @@ enum selfcal_witnessed_t
      *
      * It is part of the estimate.
      */
-    SELFCAL_WITNESSED_TAKEN = 0,
+    SELFCAL_WITNESSED_TAKEN = 19000,
     /**
      * waiting for a second one
      *
      * It contradicts the yaw so far: the next one decides.
      */
-    SELFCAL_WITNESSED_WAITING = 1,
+    SELFCAL_WITNESSED_WAITING = 19001,
     /**
      * unknown
      *
      * A value that this API does not know.
      */
-    SELFCAL_WITNESSED_UNKNOWN = 255,
+    SELFCAL_WITNESSED_UNKNOWN = 19255,
 };
 #ifndef __cplusplus
 #if __STDC_VERSION__ >= 202311L
@@ -1224,6 +878,118 @@ typedef uint32_t selfcal_lens_t;
 #endif // __cplusplus
 
 /**
+ * How a pair is solved and how pairs are fused.
+ */
+enum selfcal_preset_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * Tolerates half of the matches as outliers, and follows a step of the extrinsics within three pairs.
+     */
+    SELFCAL_PRESET_ROBUST = 0,
+    /**
+     * The published method, whose only defence against outliers is the Huber weight.
+     */
+    SELFCAL_PRESET_PAPER = 1,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_preset_t selfcal_preset_t;
+#else
+typedef uint32_t selfcal_preset_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * One reason not to rely on a calibration: a bit of `reasons`.
+ */
+enum selfcal_reason_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * estimate not locked
+     *
+     * The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
+     */
+    SELFCAL_REASON_NOT_LOCKED = 65536,
+    /**
+     * second crowd of matches
+     *
+     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and
+     * nothing is applied until the view has changed.
+     */
+    SELFCAL_REASON_SECOND_MODE = 262144,
+    /**
+     * matches biased
+     *
+     * Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact. Forbids
+     * arming, and nothing is applied.
+     */
+    SELFCAL_REASON_BIASED = 33554432,
+    /**
+     * matches do not support it
+     *
+     * The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which. Forbids
+     * arming.
+     */
+    SELFCAL_REASON_UNFIT = 16777216,
+    /**
+     * in use off by 1 px or more
+     *
+     * Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+     */
+    SELFCAL_REASON_MISALIGNED = 131072,
+    /**
+     * image halves disagree
+     *
+     * Image halves disagree by more than 3 standard deviations; the reported deviations contain it.
+     */
+    SELFCAL_REASON_IMAGE_HALVES = 524288,
+    /**
+     * lens models off
+     *
+     * The pairs show an error of the lens models; the wide deviations contain it.
+     */
+    SELFCAL_REASON_LENS = 1048576,
+    /**
+     * baseline not observed
+     *
+     * Pairs have not determined the baseline direction: that in use is kept.
+     */
+    SELFCAL_REASON_BASELINE = 2097152,
+    /**
+     * repeated scene
+     *
+     * The last pair showed the scene of the one before: it adds no evidence.
+     */
+    SELFCAL_REASON_REPEATED = 4194304,
+    /**
+     * axis of the rotation is noise
+     *
+     * Paper preset: the rotation is close to the identity or to a half turn.
+     */
+    SELFCAL_REASON_AXIS = 8388608,
+    /**
+     * yaw not confirmed
+     *
+     * No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
+     * contain both.
+     */
+    SELFCAL_REASON_YAW = 268435456,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_reason_t selfcal_reason_t;
+#else
+typedef uint32_t selfcal_reason_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
  * One of the two cameras.
  */
 enum selfcal_side_t
@@ -1278,24 +1044,6 @@ typedef uint32_t selfcal_source_t;
 #endif // __cplusplus
 
 /**
- * Storage that the library needs.
- */
-typedef struct selfcal_requirements_t {
-    /**
-     * Size, bytes; at most `sizeof(selfcal_t)`.
-     */
-    size_t size;
-    /**
-     * Alignment, bytes.
-     */
-    size_t align;
-    /**
-     * Correspondences a pair.
-     */
-    size_t capacity;
-} selfcal_requirements_t;
-
-/**
  * A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
  * pointers and needs no release. One call at a time; calibrators are independent.
  *
@@ -1311,7 +1059,8 @@ typedef struct selfcal_t {
 } selfcal_t;
 
 /**
- * Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
+ * Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are 0.003, 1 px,
+ * 0.005, 0.001, 0.00025, 0.0046.
  */
 typedef struct selfcal_lens_prior_t {
     /**
@@ -1331,48 +1080,84 @@ typedef struct selfcal_lens_prior_t {
      */
     float p1;
     /**
-     * Tangential coefficient `p2`.
+     * Tangential coefficient `p2` of the right camera.
      */
     float p2;
+    /**
+     * Apparent yaw of the lenses, rad: of `a`, where rows are off by `a x y` at unit depth.
+     */
+    float yaw_rad;
 } selfcal_lens_prior_t;
 
 /**
- * Parameters of a calibrator; fields are private. Fill it with `selfcal_config_default`,
- * `selfcal_config_robust` or `selfcal_config_paper`, then change it with the setters.
+ * Parameters of a calibrator. 0 in a field stands for its default: `selfcal_config_t config = {0}` is the default
+ * configuration, and `{.memory_pairs = 300}` changes one parameter. `selfcal_init` checks them all.
  */
 typedef struct selfcal_config_t {
     /**
-     * Private, as all fields.
-     */
-    uint32_t magic;
-    /**
-     * Number of the preset.
+     * A `selfcal_preset_t`.
      */
     uint32_t preset;
     /**
-     * NaN, or 0 in an integer, stands for the value of the preset.
+     * Largest number of passes over the batch, the bound on the time of a pair: 2 or more; default 24 in the robust
+     * preset, 100 in the paper preset. The robust preset takes up to 9 if it is lower.
+     */
+    uint16_t max_passes;
+    /**
+     * Fewest usable correspondences of a pair: 6 or more; default 12.
+     */
+    uint16_t min_correspondences;
+    /**
+     * Number of pairs after which the oldest fade: 20 or more; default 1000. Larger averages longer; smaller follows a
+     * slow drift. Robust preset.
+     */
+    uint32_t memory_pairs;
+    /**
+     * Largest distance of a fused pair from the factory extrinsics, rad: above 0 and below 1.5; default 0.5.
+     */
+    float max_correction_rad;
+    /**
+     * Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. Larger
+     * allows larger corrections; smaller stabilises pairs with little information. Robust preset.
      */
     float prior_sd_rad;
-    float huber_threshold_px;
-    float step_tolerance_rad;
+    /**
+     * Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and above
+     * 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
+     */
     float noise_floor_px;
+    /**
+     * Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. Larger uses more matches
+     * and admits more outliers. In both presets a match fits, for the health, within three thresholds.
+     */
+    float huber_threshold_px;
+    /**
+     * Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. Values below 1e-6 act
+     * as 1e-6.
+     */
+    float step_tolerance_rad;
+    /**
+     * Largest standard deviation of the weakest direction of a fused pair, rad: finite and above 0; default 0.12. Paper
+     * preset.
+     */
     float max_sd_rad;
-    float max_correction_rad;
-    uint32_t memory_pairs;
-    uint16_t max_passes;
-    uint16_t min_correspondences;
+    /**
+     * A `selfcal_angle_t`. Paper preset.
+     */
     uint32_t angle;
     /**
-     * NaN in its first field stands for the value of the preset.
+     * A `selfcal_lens_tracking_t`. Robust preset with lens deviations.
+     */
+    uint32_t lens_tracking;
+    /**
+     * 1 if `lens_prior` replaces the default deviations of the lens models. Robust preset.
+     */
+    uint32_t has_lens_prior;
+    /**
+     * How far the given lens models are trusted: the deviations with the lens uncertain cover such errors. All 0 takes the
+     * lens models as exact, and image halves that disagree then block.
      */
     struct selfcal_lens_prior_t lens_prior;
-    uint32_t lens_tracking;
-    float lens_yaw_sd_rad;
-    /**
-     * 0 stands for a guess.
-     */
-    float factory_yaw_sd_rad;
-    float baseline_m;
 } selfcal_config_t;
 
 /**
@@ -1417,6 +1202,57 @@ typedef struct selfcal_extrinsics_t {
 } selfcal_extrinsics_t;
 
 /**
+ * Cameras and extrinsics of a rig as it left the factory, and how well its calibration is known.
+ * `{.left = left, .right = right}` is a guess: two cameras side by side.
+ */
+typedef struct selfcal_factory_t {
+    /**
+     * Left camera.
+     */
+    struct selfcal_camera_t left;
+    /**
+     * Right camera.
+     */
+    struct selfcal_camera_t right;
+    /**
+     * Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0: cameras side by side, a guess.
+     * The prior and the correction limit refer to them, and `selfcal_reset` returns to them.
+     */
+    struct selfcal_extrinsics_t extrinsics;
+    /**
+     * 1 if the extrinsics are a guess: their yaw is not held then, and the estimate follows that of the rows.
+     */
+    uint32_t is_guess;
+    /**
+     * Standard deviation of the yaw of the extrinsics, rad, which depth rests on until the rig changes: 1e-6 to 1; 0
+     * stands for 8.7e-4 (0.05 degrees), as of a calibration with boards. Not used for a guess.
+     */
+    float yaw_sd_rad;
+    /**
+     * Length of the baseline, m: 1e-3 to 1e3, which `selfcal_push_range` needs; 0 where it is not known.
+     */
+    float baseline_m;
+} selfcal_factory_t;
+
+/**
+ * Storage that the library needs.
+ */
+typedef struct selfcal_requirements_t {
+    /**
+     * Size, bytes; at most `sizeof(selfcal_t)`.
+     */
+    size_t size;
+    /**
+     * Alignment, bytes.
+     */
+    size_t align;
+    /**
+     * Correspondences a pair.
+     */
+    size_t capacity;
+} selfcal_requirements_t;
+
+/**
  * Extrinsics and the cameras that they belong to. With other cameras the extrinsics are wrong.
  */
 typedef struct selfcal_calibration_t {
@@ -1432,6 +1268,10 @@ typedef struct selfcal_calibration_t {
      * `p_r = R p_l + t`.
      */
     struct selfcal_extrinsics_t extrinsics;
+    /**
+     * Number that changes exactly when the calibration in use does; it wraps around.
+     */
+    uint32_t generation;
 } selfcal_calibration_t;
 
 /**
@@ -1492,7 +1332,7 @@ typedef struct selfcal_batch_t {
      */
     uint32_t held;
     /**
-     * Correspondences offered since the batch was last cleared: held, left out or refused.
+     * Correspondences offered to this batch: held, left out or refused.
      */
     uint32_t offered;
     /**
@@ -1596,7 +1436,7 @@ typedef struct selfcal_link_counters_t {
      */
     uint32_t overruns;
     /**
-     * Refused frames: no cameras, or images of another size.
+     * Refused frames: images of another size than those of the cameras.
      */
     uint32_t refused;
     /**
@@ -1714,7 +1554,25 @@ typedef struct selfcal_report_t {
 } selfcal_report_t;
 
 /**
- * What is added to the given lens model of the right camera; 0 leaves it as given.
+ * Outcome of one pair.
+ */
+typedef struct selfcal_outcome_t {
+    /**
+     * Effect on the estimate; `SELFCAL_FUSED_NOT` with an error.
+     */
+    selfcal_fused_t fused;
+    /**
+     * Whether the pair was solved, so that `pair` is valid. A solved pair may still not be fused.
+     */
+    bool has_pair;
+    /**
+     * Result of the pair alone; 0 where it is not valid.
+     */
+    struct selfcal_report_t pair;
+} selfcal_outcome_t;
+
+/**
+ * Correction that is added to the given lens model of the right camera; 0 leaves it as given.
  */
 typedef struct selfcal_lens_correction_t {
     /**
@@ -1824,9 +1682,9 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_lens_correction_t correction;
     /**
-     * What `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
-     * significantly different, or with `SELFCAL_DOUBT_BASELINE`, the `t` in use and the best `R` for
-     * it.
+     * Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
+     * significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best `R`
+     * for it.
      */
     struct selfcal_extrinsics_t applicable;
     /**
@@ -1863,6 +1721,10 @@ typedef struct selfcal_proposal_t {
      */
     float covariance[5][5];
     /**
+     * Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth.
+     */
+    struct selfcal_finding_t lens_yaw;
+    /**
      * The least certain direction.
      */
     struct selfcal_weakest_t weakest;
@@ -1875,9 +1737,9 @@ typedef struct selfcal_proposal_t {
      */
     selfcal_state_t state;
     /**
-     * Reason not to trust it.
+     * Reasons not to rely on it: sum of `selfcal_reason_t`.
      */
-    selfcal_doubt_t doubt;
+    uint32_t reasons;
     /**
      * Whether pairs have determined the baseline direction. Points more than some thousand baselines
      * away do not.
@@ -1924,60 +1786,24 @@ typedef struct selfcal_health_t {
      */
     selfcal_state_t state;
     /**
-     * Reason not to trust the estimate.
-     */
-    selfcal_doubt_t doubt;
-    /**
-     * Whether pairs have determined the baseline direction.
-     */
-    bool baseline_observed;
-    /**
-     * Reported standard deviations of the estimate, with the lens models as given.
-     */
-    struct selfcal_sd_t sd;
-    /**
-     * Reported standard deviations with the lens models uncertain.
-     */
-    struct selfcal_sd_t sd_lens;
-    /**
-     * Correction of the cameras that the estimate belongs to.
-     */
-    struct selfcal_lens_correction_t correction;
-    /**
-     * Least certain direction of the estimate.
-     */
-    struct selfcal_weakest_t weakest;
-    /**
      * Expected error of the yaw in use, rad.
      */
     float yaw_rad;
     /**
-     * Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth. These rows are
-     * in neither RMS.
-     */
-    float lens_yaw_rad;
-    /**
-     * Its standard deviation, rad.
-     */
-    float lens_yaw_sd_rad;
-    /**
-     * Those rows in the corner of the image that is furthest from the principal point, px.
+     * Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
+     * point, px. Neither RMS contains it.
      */
     float corner_px;
-    /**
-     * Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
-     */
-    struct selfcal_vibration_t vibration;
     /**
      * Why the last pair was not fused; `SELFCAL_OK` if it was.
      */
     selfcal_error_t rejection;
     /**
-     * Result of an arming check.
+     * Yes or no to an arming check; `reasons` says why not. Vibration is in both RMS; this check leaves it out.
      */
-    selfcal_arming_t arming;
+    bool may_arm;
     /**
-     * What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
+     * Reasons not to rely on the calibration in use: sum of `selfcal_reason_t`.
      */
     uint32_t reasons;
     /**
@@ -2065,183 +1891,10 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Text of an error code, English; never null, `"unknown"` for other numbers.
+ * English text of an error code or of any other value that the API returns; never null. No two enumerations share a
+ * number. `"unknown"` for other numbers.
  */
-const char *selfcal_error_string(int32_t error);
-
-/**
- * Reads the storage that the library needs, to size it at run time or to compare with the header.
- */
-selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements);
-
-/**
- * Initialises a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Call it before all
- * others; it also restarts a calibrator in use.
- *
- * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
- * * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
- * * `config`: copied; null for the default.
- */
-selfcal_error_t selfcal_init(struct selfcal_t *cal,
-                             size_t size,
-                             const struct selfcal_config_t *config);
-
-/**
- * Returns to the factory extrinsics, releases a freeze, and forgets batch, report and fused pairs.
- */
-selfcal_error_t selfcal_reset(struct selfcal_t *cal);
-
-/**
- * Fills a configuration with the default, the robust preset.
- */
-selfcal_error_t selfcal_config_default(struct selfcal_config_t *config);
-
-/**
- * Fills a configuration with the robust preset: tolerates half of the matches as outliers, and
- * follows a step of the extrinsics within three pairs.
- */
-selfcal_error_t selfcal_config_robust(struct selfcal_config_t *config);
-
-/**
- * Fills a configuration with the published method, whose only defence against outliers is the Huber
- * weight.
- */
-selfcal_error_t selfcal_config_paper(struct selfcal_config_t *config);
-
-/**
- * Sets the standard deviation of the prior at the factory extrinsics, about each axis; robust preset.
- *
- * * `rad`: 1e-4 to 1; default 0.1. Larger allows larger corrections; smaller stabilises pairs with
- *   little information.
- */
-selfcal_error_t selfcal_config_set_prior_sd_rad(struct selfcal_config_t *config,
-                                                float rad);
-
-/**
- * Sets the standard deviation of the yaw of the factory extrinsics, which depth rests on until the rig changes; robust
- * preset.
- *
- * * `rad`: 1e-6 to 1; default 8.7e-4 (0.05 degrees), of a calibration with boards. 0: the factory extrinsics are a
- *   guess, and yaw is that of the rows, uncertain by the lens.
- */
-selfcal_error_t selfcal_config_set_factory_yaw_sd_rad(struct selfcal_config_t *config,
-                                                      float rad);
-
-/**
- * Sets the standard deviation of the apparent yaw of the lenses: of `a`, where rows are off by `a x y` at unit depth.
- *
- * * `rad`: 0 to 0.1; default 4.6e-3.
- */
-selfcal_error_t selfcal_config_set_lens_yaw_sd_rad(struct selfcal_config_t *config,
-                                                   float rad);
-
-/**
- * Sets the length of the baseline by the factory calibration, which `selfcal_push_range` needs.
- *
- * * `metres`: 1e-3 to 1e3; default none.
- */
-selfcal_error_t selfcal_config_set_baseline_m(struct selfcal_config_t *config, float metres);
-
-/**
- * Sets the Huber threshold of the row offset in the paper preset. In both presets a match fits,
- * for the health, within three thresholds.
- *
- * * `px`: finite and above 0; default 1. Larger uses more matches and admits more outliers.
- */
-selfcal_error_t selfcal_config_set_huber_threshold_px(struct selfcal_config_t *config, float px);
-
-/**
- * Sets the largest number of passes over the batch, the bound on the time of a pair.
- *
- * * `passes`: 2 or more; default 24 in the robust preset, 100 in the paper preset. The robust preset
- *   takes up to 9 if it is lower.
- */
-selfcal_error_t selfcal_config_set_max_passes(struct selfcal_config_t *config,
-                                              uint16_t passes);
-
-/**
- * Sets the step below which the solver has converged.
- *
- * * `rad`: 0 to 0.1; default 1e-9. Values below 1e-6 act as 1e-6.
- */
-selfcal_error_t selfcal_config_set_step_tolerance_rad(struct selfcal_config_t *config, float rad);
-
-/**
- * Sets the fewest usable correspondences of a pair.
- *
- * * `count`: 6 or more; default 12.
- */
-selfcal_error_t selfcal_config_set_min_correspondences(struct selfcal_config_t *config,
-                                                       uint16_t count);
-
-/**
- * Sets the lower bound on the estimated noise, which keeps the information finite on data without
- * noise.
- *
- * * `px`: finite and above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row
- *   offset in the paper preset.
- */
-selfcal_error_t selfcal_config_set_noise_floor_px(struct selfcal_config_t *config, float px);
-
-/**
- * Sets the central tendency of the pairs' angles in fusion; paper preset.
- *
- * * `angle`: a `selfcal_angle_t`; default the mean.
- */
-selfcal_error_t selfcal_config_set_angle(struct selfcal_config_t *config, uint32_t angle);
-
-/**
- * Sets the largest standard deviation of the weakest direction of a fused pair; paper preset.
- *
- * * `rad`: finite and above 0; default 0.12.
- */
-selfcal_error_t selfcal_config_set_max_sd_rad(struct selfcal_config_t *config, float rad);
-
-/**
- * Sets the largest distance of a fused pair from the factory extrinsics.
- *
- * * `rad`: above 0 and below 1.5; default 0.5.
- */
-selfcal_error_t selfcal_config_set_max_correction_rad(struct selfcal_config_t *config, float rad);
-
-/**
- * Sets the number of pairs after which the oldest fade; robust preset.
- *
- * * `pairs`: 20 or more; default 1000. Larger averages longer; smaller follows a slow drift.
- */
-selfcal_error_t selfcal_config_set_memory_pairs(struct selfcal_config_t *config, uint32_t pairs);
-
-/**
- * Sets how far the given lens models are trusted; robust preset. The deviations with the lens uncertain
- * cover such errors; all 0 takes the lens models as exact, and image halves that disagree then block.
- *
- * * `prior`: each from 0 to 0.1, of the principal point 0 to 100 px; default 0.003, 1 px, 0.005, 0.001,
- *   0.00025.
- */
-selfcal_error_t selfcal_config_set_lens_prior(struct selfcal_config_t *config,
-                                              struct selfcal_lens_prior_t prior);
-
-/**
- * Sets what is done about errors of the given lens models; robust preset with a lens prior.
- *
- * * `lens_tracking`: a `selfcal_lens_tracking_t`; default to report them.
- */
-selfcal_error_t selfcal_config_set_lens_tracking(struct selfcal_config_t *config,
-                                                 uint32_t lens_tracking);
-
-/**
- * Sets both cameras and resets the calibrator.
- */
-selfcal_error_t selfcal_set_cameras(struct selfcal_t *cal,
-                                    const struct selfcal_camera_t *left,
-                                    const struct selfcal_camera_t *right);
-
-/**
- * Reads the cameras as given.
- */
-selfcal_error_t selfcal_cameras(const struct selfcal_t *cal,
-                                struct selfcal_camera_t *left,
-                                struct selfcal_camera_t *right);
+const char *selfcal_string(uint32_t value);
 
 /**
  * Undistorts a pixel to the ray at unit depth, with a camera of the calibration in use.
@@ -2271,39 +1924,72 @@ selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
                               float pixel[2]);
 
 /**
- * Extrinsics of two parallel cameras side by side: `R = I`, `t = (-1, 0, 0)`.
- */
-selfcal_error_t selfcal_side_by_side(struct selfcal_extrinsics_t *extrinsics);
-
-/**
- * Sets the factory extrinsics and resets the calibrator. The prior and the correction limit refer to
- * them, and `selfcal_reset` returns to them.
+ * English text of the parameter or quantity that `selfcal_init` and `selfcal_install` refuse; never null, `"no error"` where
+ * both arguments are valid.
  *
- * * `factory`: `R` orthonormal to about 0.1, `t` of any length.
+ * * `config`, `factory`: either may be null, and is not checked then.
  */
-selfcal_error_t selfcal_set_factory(struct selfcal_t *cal,
-                                    const struct selfcal_extrinsics_t *factory);
+const char *selfcal_argument_string(const struct selfcal_config_t *config,
+                                    const struct selfcal_factory_t *factory);
 
 /**
- * Reads the extrinsics in use. They belong to the cameras of `selfcal_calibration_in_use`.
+ * Writes a factory calibration as a record, once, in production.
+ *
+ * * `record`: `SELFCAL_FACTORY_BYTES`.
+ */
+selfcal_error_t selfcal_factory_to_record(const struct selfcal_factory_t *factory, uint8_t *record);
+
+/**
+ * Reads a factory calibration from a record, at each start. It is bit-identical to the one written.
+ *
+ * * `record`: from `selfcal_factory_to_record`.
+ * * `length`: bytes that were found.
+ */
+selfcal_error_t selfcal_factory_from_record(struct selfcal_factory_t *factory,
+                                            const uint8_t *record,
+                                            size_t length);
+
+/**
+ * Reads the storage that the library needs, to size it at run time or to compare with the header.
+ */
+selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements);
+
+/**
+ * Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use.
+ * The generation is 0 then. `selfcal_in_use` has the calibration to load the rectifier with at start.
+ *
+ * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
+ * * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
+ * * `config`: copied; null for the default.
+ * * `factory`: copied. `selfcal_argument_string` tells why either is refused.
+ */
+selfcal_error_t selfcal_init(struct selfcal_t *cal,
+                             size_t size,
+                             const struct selfcal_config_t *config,
+                             const struct selfcal_factory_t *factory);
+
+/**
+ * Begins anew with another factory calibration, and keeps the configuration. The generation changes if the calibration in
+ * use does.
+ */
+selfcal_error_t selfcal_install(struct selfcal_t *cal,
+                                const struct selfcal_factory_t *factory);
+
+/**
+ * Returns to the factory calibration, releases a freeze, and forgets batch and fused pairs.
+ */
+selfcal_error_t selfcal_reset(struct selfcal_t *cal);
+
+/**
+ * Reads the calibration in use, at first that of the factory: load the rectifier with it at start, and whenever its
+ * generation has changed.
  */
 selfcal_error_t selfcal_in_use(const struct selfcal_t *cal,
-                               struct selfcal_extrinsics_t *extrinsics);
-
-/**
- * Reads a counter that changes exactly when the calibration in use does; it wraps around.
- */
-selfcal_error_t selfcal_generation(const struct selfcal_t *cal, uint32_t *generation);
-
-/**
- * Reads the calibration in use: what a rectifier needs. `SELFCAL_ERROR_NO_CAMERAS` without cameras.
- */
-selfcal_error_t selfcal_calibration_in_use(const struct selfcal_t *cal,
-                                           struct selfcal_calibration_t *calibration);
+                               struct selfcal_calibration_t *calibration);
 
 /**
  * Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left
- * image, and prefers the better score among neighbours.
+ * image, and prefers the better score among neighbours. The first one after a pair has ended begins a new batch.
  *
  * * `pushed`: effect on the batch; may be null.
  */
@@ -2313,7 +1999,7 @@ selfcal_error_t selfcal_push(struct selfcal_t *cal,
 
 /**
  * Offers an array of correspondences in their order. Refused ones are counted and are no error.
- * Without cameras, or while a pair is being solved, none is offered.
+ * While a pair is being solved none is offered: `SELFCAL_ERROR_BUSY`.
  *
  * * `correspondences`: `count` of them; may be null where `count` is 0.
  * * `counts`: effect on the batch; may be null.
@@ -2327,11 +2013,6 @@ selfcal_error_t selfcal_push_array(struct selfcal_t *cal,
  * Reads the counts of the batch.
  */
 selfcal_error_t selfcal_batch(const struct selfcal_t *cal, struct selfcal_batch_t *batch);
-
-/**
- * Text of a `selfcal_pushed_t`, English; never null.
- */
-const char *selfcal_pushed_string(uint32_t pushed);
 
 /**
  * Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame
@@ -2359,9 +2040,9 @@ selfcal_error_t selfcal_link_init(struct selfcal_link_t *link, size_t size);
  * ```
  *
  * Do not push, and begin no pair, while a frame comes in: until it is whole none of its matches is used. While a
- * pair is being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same
- * bytes later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and
- * the batch is unchanged. A new frame drops the solved pair: fuse it before.
+ * pair is being solved the call returns `SELFCAL_ERROR_BUSY` and uses no bytes: feed the same
+ * bytes later. After `SELFCAL_ERROR_IMAGE_SIZE` feed the rest: the frame is skipped and
+ * the batch is unchanged.
  *
  * * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
  * * `used`: number of bytes used, also set with errors; 0 where nothing was done.
@@ -2425,50 +2106,44 @@ selfcal_error_t selfcal_frame_end(const struct selfcal_encoder_t *encoder,
                                   uint8_t *bytes);
 
 /**
- * Starts to solve the batch with a first pass over it. Then call `selfcal_advance_pair`. Forgets the
- * report of the last pair.
- */
-selfcal_error_t selfcal_begin_pair(struct selfcal_t *cal);
-
-/**
- * Takes one more pass over the batch, or two to evaluate a solved pair.
+ * Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the result. A
+ * pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and are no error.
  *
- * * `solved`: whether the pair is solved. Then fuse it before the batch is cleared.
- */
-selfcal_error_t selfcal_advance_pair(struct selfcal_t *cal, bool *solved);
-
-/**
- * Solves the batch in one call, with all passes. Fuse the pair before the batch is cleared.
- */
-selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal);
-
-/**
- * Result of the last solved pair, until the next pair is begun or the batch is cleared.
- */
-selfcal_error_t selfcal_report(const struct selfcal_t *cal, struct selfcal_report_t *report);
-
-/**
- * Reads, once, how the solved pair became part of the estimate, or why not. Solving a pair fuses it.
+ * An error from 500 on says why the pair is not part of the estimate, which is normal: go on with the next pair.
  *
- * * `fused`: effect on the estimate; may be null.
+ * * `correspondences`: `count` of them; may be null where `count` is 0.
+ * * `outcome`: written with these errors too; may be null.
  */
-selfcal_error_t selfcal_fuse(struct selfcal_t *cal,
-                             selfcal_fused_t *fused);
+selfcal_error_t selfcal_take_pair(struct selfcal_t *cal,
+                                  const struct selfcal_correspondence_t *correspondences,
+                                  size_t count,
+                                  struct selfcal_outcome_t *outcome);
 
 /**
- * Clears the batch and the report, and abandons a pair that is being solved.
+ * Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins a new
+ * batch; until then `selfcal_health` and `selfcal_push_range` read this one. Errors as of `selfcal_take_pair`.
+ *
+ * * `outcome`: written with these errors too; may be null.
  */
-selfcal_error_t selfcal_clear_pair(struct selfcal_t *cal);
+selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal,
+                                   struct selfcal_outcome_t *outcome);
 
 /**
- * Text of a `selfcal_stop_t`, English; never null.
+ * Takes one step of a pair, at most one pass over the batch, or two to evaluate a solved pair. The first step begins with
+ * the correspondences pushed so far, the last one fuses the result. The outcome is that of `selfcal_solve_pair`, bit for
+ * bit, and so are the errors; a pair with an error has ended.
+ *
+ * * `ended`: whether the pair has ended, also written with these errors.
+ * * `outcome`: written once the pair has ended; may be null.
  */
-const char *selfcal_stop_string(uint32_t stop);
+selfcal_error_t selfcal_advance_pair(struct selfcal_t *cal,
+                                     bool *ended,
+                                     struct selfcal_outcome_t *outcome);
 
 /**
- * Text of a `selfcal_fused_t`, English; never null.
+ * Empties the batch, and abandons a pair that is being solved.
  */
-const char *selfcal_fused_string(uint32_t fused);
+selfcal_error_t selfcal_discard_pair(struct selfcal_t *cal);
 
 /**
  * How far the estimate can be relied on.
@@ -2481,37 +2156,20 @@ selfcal_error_t selfcal_state(const struct selfcal_t *cal, selfcal_state_t *stat
 selfcal_error_t selfcal_proposal(const struct selfcal_t *cal, struct selfcal_proposal_t *proposal);
 
 /**
- * Text of a `selfcal_state_t`, English; never null.
- */
-const char *selfcal_state_string(uint32_t state);
-
-/**
- * Text of a `selfcal_doubt_t`, English; never null.
- */
-const char *selfcal_doubt_string(uint32_t doubt);
-
-/**
- * Text of a `selfcal_direction_t`, English; never null.
- */
-const char *selfcal_direction_string(uint32_t direction);
-
-/**
- * Fit of the extrinsics in use and of the estimate to the current batch, in one pass over it. Call it
- * before the batch is cleared.
+ * Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it before the
+ * next correspondence is pushed.
+ *
+ * `SELFCAL_ERROR_NO_ESTIMATE`, `SELFCAL_ERROR_NO_MATCH`: there is no health.
+ *
+ * * `cause`: the likeliest mistake in rig file or matcher, also written with these two errors; may be null.
  */
 selfcal_error_t selfcal_health(const struct selfcal_t *cal,
-                               struct selfcal_health_t *health);
-
-/**
- * The likeliest mistake in rig file or matcher, once four pairs have shown one since the estimate was last locked; of an
- * estimate that there is, that of its health over the current batch. At most one pass.
- */
-selfcal_error_t selfcal_likely_cause(const struct selfcal_t *cal,
-                                     selfcal_cause_t *cause);
+                               struct selfcal_health_t *health,
+                               selfcal_cause_t *cause);
 
 /**
  * Expected depth error of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. One
- * pass over the batch. The noise of the matcher is not included.
+ * pass over the batch. The noise of the matcher is not included. In the locked state only.
  *
  * * `baseline_m`: length of the baseline, m; finite and above 0.
  * * `errors`: m.
@@ -2520,26 +2178,6 @@ selfcal_error_t selfcal_likely_cause(const struct selfcal_t *cal,
 selfcal_error_t selfcal_depth_errors(const struct selfcal_t *cal,
                                      float baseline_m,
                                      float errors[4]);
-
-/**
- * Text of a `selfcal_band_t`, English; never null.
- */
-const char *selfcal_band_string(uint32_t band);
-
-/**
- * Text of a `selfcal_arming_t`, English; never null.
- */
-const char *selfcal_arming_string(uint32_t arming);
-
-/**
- * Text of a `selfcal_cause_t`, English; never null.
- */
-const char *selfcal_cause_string(uint32_t cause);
-
-/**
- * Text of one `selfcal_reason_t`, English; never null.
- */
-const char *selfcal_reason_string(uint32_t reason);
 
 /**
  * Puts the estimate into use. The generation changes if the calibration does.
@@ -2586,7 +2224,7 @@ selfcal_error_t selfcal_choose_camera(const struct selfcal_t *cal,
  * Computes the two rectifying homographies.
  *
  * * `source`: a `selfcal_source_t`.
- * * `camera`: from `selfcal_choose_camera`, or any other.
+ * * `camera`: from `selfcal_choose_camera`, or any other: finite, and of a focal length above 0.
  */
 selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      uint32_t source,
@@ -2595,7 +2233,7 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
 
 /**
  * Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and covariance,
- * noise, vibration, and what is known of lens and mount. Not included: cameras and factory extrinsics (see
+ * noise, vibration, and what is known of lens and mount. Not included: the factory calibration (see
  * `selfcal_factory_to_record`), the batch, a pair that is being solved, the estimate of the paper preset.
  *
  * The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
@@ -2611,8 +2249,8 @@ selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
  * Replaces everything that has been learnt by a record: the calibration in use, and the estimate. The rig may have
  * changed since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
  *
- * Call it after cameras and factory extrinsics are set. If it is refused, the calibrator is as after `selfcal_reset` and
- * starts from the factory extrinsics.
+ * Call it after `selfcal_init`, with the same factory calibration. If it is refused, the calibrator is as after
+ * `selfcal_reset`: go on from the factory calibration.
  *
  * * `record`: from `selfcal_snapshot`, also of another machine or another capacity.
  * * `length`: bytes that were found; other than `SELFCAL_SNAPSHOT_BYTES` they are a damaged record.
@@ -2622,29 +2260,8 @@ selfcal_error_t selfcal_restore(struct selfcal_t *cal,
                                 size_t length);
 
 /**
- * Writes cameras and factory extrinsics as a record, once, in production, with the deviation of the factory yaw and the
- * length of the baseline of the configuration.
- *
- * * `record`: `SELFCAL_FACTORY_BYTES`.
- */
-selfcal_error_t selfcal_factory_to_record(const struct selfcal_t *cal,
-                                          uint8_t *record);
-
-/**
- * Sets cameras and factory extrinsics from a record, at each start, the deviation of the factory yaw and the length of
- * the baseline in place of those of the configuration, and resets the calibrator. Replaces `selfcal_set_cameras` and
- * `selfcal_set_factory`; the values are bit-identical to those written.
- *
- * * `record`: from `selfcal_factory_to_record`.
- * * `length`: bytes that were found.
- */
-selfcal_error_t selfcal_factory_from_record(struct selfcal_t *cal,
-                                            const uint8_t *record,
-                                            size_t length);
-
-/**
- * Adds a point of known distance, after `selfcal_fuse` and before `selfcal_clear_pair`: it tells the yaw of the
- * mount from the lens. It needs the length of the baseline (`selfcal_config_set_baseline_m`) and a match within 3 px
+ * Adds a point of known distance, once the pair that shows it has ended, and before the next: it tells the yaw of the
+ * mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match within 3 px
  * that fits the estimate. Five readings of 1 %, or ten of 3 %, are enough.
  *
  * * `witnessed`: effect on the estimate; may be null.
@@ -2665,7 +2282,7 @@ selfcal_error_t selfcal_track(const struct selfcal_t *cal,
 
 /**
  * Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
- * baseline, after `selfcal_fuse`: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
+ * baseline, once the later pair has ended: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
  *
  * * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
  */
@@ -2673,11 +2290,6 @@ selfcal_error_t selfcal_push_motion(struct selfcal_t *cal,
                                     const struct selfcal_tracked_t *tracked,
                                     size_t count,
                                     selfcal_witnessed_t *witnessed);
-
-/**
- * Text of a `selfcal_witnessed_t`, English; never null.
- */
-const char *selfcal_witnessed_string(uint32_t witnessed);
 
 #ifdef __cplusplus
 }  // extern "C"

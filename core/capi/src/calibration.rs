@@ -2,7 +2,7 @@
 
 use stereo_selfcal::Calibration;
 
-use crate::camera::{in_use, selfcal_camera_t};
+use crate::camera::selfcal_camera_t;
 use crate::error::{selfcal_error_t, status};
 use crate::extrinsics::selfcal_extrinsics_t;
 use crate::instance::{selfcal_t, shared};
@@ -18,29 +18,33 @@ pub struct selfcal_calibration_t {
     pub right: selfcal_camera_t,
     /// `p_r = R p_l + t`.
     pub extrinsics: selfcal_extrinsics_t,
+    /// Number that changes exactly when the calibration in use does; it wraps around.
+    pub generation: u32,
 }
 
 impl From<&Calibration<f32>> for selfcal_calibration_t {
     fn from(calibration: &Calibration<f32>) -> Self {
-        let Calibration { cameras, extrinsics, .. } = calibration;
+        let Calibration { cameras, extrinsics, generation } = calibration;
         Self {
             left: (&cameras.left).into(),
             right: (&cameras.right).into(),
             extrinsics: extrinsics.into(),
+            generation: *generation,
         }
     }
 }
 
-/// Reads the calibration in use: what a rectifier needs. `SELFCAL_ERROR_NO_CAMERAS` without cameras.
+/// Reads the calibration in use, at first that of the factory: load the rectifier with it at start, and whenever its
+/// generation has changed.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_calibration_in_use(
+pub unsafe extern "C" fn selfcal_in_use(
     cal: *const selfcal_t,
     calibration: *mut selfcal_calibration_t,
 ) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, calibration) = unsafe { (shared(cal)?, Out::checked(calibration)?) };
-        calibration.set((&in_use(instance)?).into());
+        calibration.set((&instance.calibrator.in_use()).into());
         Ok(())
     })
 }

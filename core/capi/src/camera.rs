@@ -1,15 +1,16 @@
 //! The two cameras, and conversion between pixels and rays.
 
+use core::ffi::CStr;
+
 use nalgebra::Vector2;
-use stereo_selfcal::{
-    Calibration, Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential,
-    Rational, Side,
-};
+use stereo_selfcal::geometry::{CameraError, Fisheye, RadialTangential, Rational};
+use stereo_selfcal::{Camera, Intrinsics, Lens};
 use zerocopy::FromBytes;
 
+use crate::enumeration::text;
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
-use crate::instance::{Instance, exclusive, selfcal_t, shared};
+use crate::instance::{Instance, selfcal_t, shared};
 use crate::pointer::{Out, read};
 
 /// Lens models, with OpenCV's coefficients.
@@ -57,25 +58,41 @@ pub struct selfcal_camera_t {
     pub distortion: [f32; 8],
 }
 
-/// Errors beyond those of [`CameraError`]; numbers of the left camera as there.
-const LENS_ERROR: u16 = SELFCAL_ERROR_LEFT_LENS as u16;
-const COEFFICIENT_ERROR: u16 = SELFCAL_ERROR_LEFT_COEFFICIENT as u16;
+/// Text of what is wrong with a camera: of the left one, and of the right one.
+pub(crate) type Fault = [&'static CStr; 2];
 
-/// The error of a camera, from the number of the left one.
-pub(crate) fn error(side: Side, left: u16) -> selfcal_error_t {
-    selfcal_error_t::of(left + 10 * side.code()).unwrap_or(SELFCAL_ERROR_UNKNOWN)
+/// The text of a fault of either camera.
+macro_rules! of_either {
+    ($text:literal) => {
+        [text(concat!("left camera: ", $text, "\0")), text(concat!("right camera: ", $text, "\0"))]
+    };
+}
+
+const UNUSED: Fault = of_either!("a coefficient that the lens model does not use is not 0");
+const NO_LENS: Fault = of_either!("the lens model is no value of selfcal_lens_t");
+
+fn fault(error: CameraError) -> Fault {
+    match error {
+        CameraError::FocalLength => {
+            of_either!("a focal length is not finite or not within 1 to 1e6 px")
+        }
+        CameraError::PrincipalPoint => {
+            of_either!("the principal point is not finite, or further from the image than its size")
+        }
+        CameraError::ImageSize => of_either!("the image is smaller than 2 x 2 px"),
+        CameraError::Distortion => {
+            of_either!("a lens coefficient is above 1e3 in size or not finite")
+        }
+        _ => of_either!("unknown"),
+    }
 }
 
 impl selfcal_camera_t {
-    fn core(&self, side: Side) -> Result<Camera<f32>, selfcal_error_t> {
-        self.try_core().map_err(|left| error(side, left))
-    }
-
-    fn try_core(&self) -> Result<Camera<f32>, u16> {
-        let number = |why: CameraError| why.code();
+    /// The camera of the core; any bits are checked.
+    pub(crate) fn core(&self) -> Result<Camera<f32>, Fault> {
         let [k1, k2, k3, k4, k5, beyond @ ..] = self.distortion;
         let none = |unused: &[f32]| {
-            if unused.iter().all(|k| *k == 0.0) { Ok(()) } else { Err(COEFFICIENT_ERROR) }
+            if unused.iter().all(|k| *k == 0.0) { Ok(()) } else { Err(UNUSED) }
         };
         let lens = match self.lens {
             PINHOLE => {
@@ -85,18 +102,18 @@ impl selfcal_camera_t {
             RADIAL_TANGENTIAL => {
                 none(&beyond)?;
                 let five = [k1, k2, k3, k4, k5];
-                Lens::RadialTangential(RadialTangential::try_new(five).map_err(number)?)
+                Lens::RadialTangential(RadialTangential::try_new(five).map_err(fault)?)
             }
             FISHEYE => {
                 none(&[k5])?;
                 none(&beyond)?;
-                Lens::Fisheye(Fisheye::try_new([k1, k2, k3, k4]).map_err(number)?)
+                Lens::Fisheye(Fisheye::try_new([k1, k2, k3, k4]).map_err(fault)?)
             }
-            RATIONAL => Lens::Rational(Rational::try_new(self.distortion).map_err(number)?),
-            _ => return Err(LENS_ERROR),
+            RATIONAL => Lens::Rational(Rational::try_new(self.distortion).map_err(fault)?),
+            _ => return Err(NO_LENS),
         };
         let Self { focal_px: focal, principal_px: principal, size_px: size, .. } = *self;
-        Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(number)
+        Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(fault)
     }
 }
 
@@ -119,62 +136,16 @@ impl From<&Camera<f32>> for selfcal_camera_t {
     }
 }
 
-/// The cameras as given, if set.
-pub(crate) fn given(instance: &Instance) -> Result<&Cameras<f32>, selfcal_error_t> {
-    Ok(&instance.given()?.cameras)
-}
-
-/// The calibration in use.
-pub(crate) fn in_use(instance: &Instance) -> Result<Calibration<f32>, selfcal_error_t> {
-    instance.given()?;
-    Ok(instance.calibrator.in_use())
-}
-
 /// A camera of the calibration in use.
 fn camera(instance: &Instance, side: u32) -> Result<Camera<f32>, selfcal_error_t> {
     const LEFT: u32 = selfcal_side_t::SELFCAL_SIDE_LEFT as u32;
     const RIGHT: u32 = selfcal_side_t::SELFCAL_SIDE_RIGHT as u32;
-    let cameras = in_use(instance)?.cameras;
+    let cameras = instance.calibrator.in_use().cameras;
     match side {
         LEFT => Ok(cameras.left),
         RIGHT => Ok(cameras.right),
         _ => Err(SELFCAL_ERROR_VALUE),
     }
-}
-
-/// Sets both cameras and resets the calibrator.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_set_cameras(
-    cal: *mut selfcal_t,
-    left: *const selfcal_camera_t,
-    right: *const selfcal_camera_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, left, right) = unsafe { (exclusive(cal)?, read(left)?, read(right)?) };
-        let left = left.core(Side::Left)?;
-        let right = right.core(Side::Right)?;
-        instance.set_cameras(Cameras { left, right });
-        Ok(())
-    })
-}
-
-/// Reads the cameras as given.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_cameras(
-    cal: *const selfcal_t,
-    left: *mut selfcal_camera_t,
-    right: *mut selfcal_camera_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, left, right) =
-            unsafe { (shared(cal)?, Out::checked(left)?, Out::checked(right)?) };
-        let cameras = given(instance)?;
-        left.set((&cameras.left).into());
-        right.set((&cameras.right).into());
-        Ok(())
-    })
 }
 
 /// Undistorts a pixel to the ray at unit depth, with a camera of the calibration in use.

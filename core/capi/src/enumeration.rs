@@ -2,6 +2,13 @@
 
 use core::ffi::{CStr, c_char};
 
+use crate::error::selfcal_error_t;
+use crate::estimate::{selfcal_direction_t, selfcal_state_t};
+use crate::health::{selfcal_band_t, selfcal_cause_t, selfcal_reason_t};
+use crate::pair::{selfcal_fused_t, selfcal_stop_t};
+use crate::push::selfcal_pushed_t;
+use crate::witness::selfcal_witnessed_t;
+
 /// Declares an enumeration. The first line of a value's documentation is its text.
 ///
 /// `tests/header.rs` unwraps the declaration: cbindgen expands no macros.
@@ -16,26 +23,28 @@ macro_rules! c_enum {
         }
 
         impl $name {
-            const TEXTS: &[$crate::enumeration::Text] =
+            pub(crate) const TEXTS: &[$crate::enumeration::Text] =
                 &[$(($number, $crate::enumeration::text(concat!($text, "\0"))),)+];
 
             /// The value of a number. A search out of line: a `match` takes 0.6 kB more flash, and
             /// a search in line 1.5 kB more.
             #[inline(never)]
-            pub(crate) fn of(number: u16) -> Option<Self> {
+            #[allow(dead_code, reason = "bits of a set are not converted")]
+            pub(crate) fn of(number: u32) -> Option<Self> {
                 const VALUES: &[$name] = &[$($name::$value),+];
-                VALUES.iter().copied().find(|value| *value as u32 == number.into())
+                VALUES.iter().copied().find(|value| *value as u32 == number)
             }
         }
     };
 }
 
-/// Converts enumerations of the core by their numbers.
+/// Converts enumerations of the core by their numbers. The first number keeps those of different enumerations apart.
 macro_rules! from_core {
-    ($($core:ty),+ => $name:ident, else $unknown:ident) => {$(
+    ($($core:ty),+ => $name:ident from $first:literal, else $unknown:ident) => {$(
         impl From<$core> for $name {
             fn from(value: $core) -> Self {
-                Self::of(value.code()).unwrap_or(Self::$unknown)
+                let number = u32::from(value.code()) + $first;
+                Self::of(number).unwrap_or(Self::$unknown)
             }
         }
     )+};
@@ -55,8 +64,24 @@ pub(crate) const fn text(line: &'static str) -> &'static CStr {
 
 const UNKNOWN: &CStr = c"unknown";
 
-/// The text of a number; `"unknown"` without one.
-pub(crate) fn find(texts: &[Text], number: u32) -> *const c_char {
-    let found = texts.iter().find(|(of, _)| *of == number);
+/// The texts of all enumerations, whose numbers are distinct.
+const ALL: &[&[Text]] = &[
+    selfcal_error_t::TEXTS,
+    selfcal_pushed_t::TEXTS,
+    selfcal_stop_t::TEXTS,
+    selfcal_fused_t::TEXTS,
+    selfcal_state_t::TEXTS,
+    selfcal_direction_t::TEXTS,
+    selfcal_band_t::TEXTS,
+    selfcal_reason_t::TEXTS,
+    selfcal_cause_t::TEXTS,
+    selfcal_witnessed_t::TEXTS,
+];
+
+/// English text of an error code or of any other value that the API returns; never null. No two enumerations share a
+/// number. `"unknown"` for other numbers.
+#[unsafe(no_mangle)]
+pub extern "C" fn selfcal_string(value: u32) -> *const c_char {
+    let found = ALL.iter().copied().flatten().find(|(number, _)| *number == value);
     found.map_or(UNKNOWN, |(_, text)| text).as_ptr()
 }

@@ -1,15 +1,12 @@
 //! State and proposal: the estimate over all pairs.
 
-use core::ffi::c_char;
+use stereo_selfcal::outcome::{Direction, Finding, LensEstimate, StandardDeviations, Vibration};
+use stereo_selfcal::{Proposal, State};
 
-use stereo_selfcal::{
-    Direction, Doubt, Finding, LensEstimate, Proposal, StandardDeviations, State, Vibration,
-};
-
-use crate::enumeration::find;
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
 use crate::extrinsics::selfcal_extrinsics_t;
+use crate::health::bits;
 use crate::instance::{selfcal_t, shared};
 use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
@@ -21,67 +18,27 @@ c_enum! {
         /// acquiring
         ///
         /// Not enough pairs agree yet.
-        SELFCAL_STATE_ACQUIRING = 0,
+        SELFCAL_STATE_ACQUIRING = 13000,
         /// locked
         ///
         /// The last pair agrees with the estimate.
-        SELFCAL_STATE_LOCKED = 1,
+        SELFCAL_STATE_LOCKED = 13001,
         /// suspect
         ///
         /// The last pairs disagree with the estimate, or a challenger gathers pairs.
-        SELFCAL_STATE_SUSPECT = 2,
+        SELFCAL_STATE_SUSPECT = 13002,
         /// lost
         ///
         /// Ten pairs in a row disagree with the estimate, and no three with each other.
-        SELFCAL_STATE_LOST = 3,
+        SELFCAL_STATE_LOST = 13003,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_STATE_UNKNOWN = 255,
+        SELFCAL_STATE_UNKNOWN = 13255,
     }
 }
 
-from_core!(State => selfcal_state_t, else SELFCAL_STATE_UNKNOWN);
-
-c_enum! {
-    /// Reason not to trust an estimate.
-    #[repr(u32)]
-    pub enum selfcal_doubt_t {
-        /// none
-        ///
-        /// No doubt.
-        SELFCAL_DOUBT_NONE = 0,
-        /// image halves disagree: t held
-        ///
-        /// Image halves disagree by more than 3 standard deviations: `t` is not applied.
-        SELFCAL_DOUBT_BASELINE = 1,
-        /// image halves disagree: not applied
-        ///
-        /// Image halves disagree by more than 5 standard deviations: nothing is applied.
-        SELFCAL_DOUBT_EVERYTHING = 2,
-        /// axis uncertain
-        ///
-        /// Paper preset: the rotation is close to the identity or to a half turn; its axis is noise.
-        SELFCAL_DOUBT_AXIS = 3,
-        /// all: a second crowd of matches
-        ///
-        /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
-        /// until the view has changed.
-        SELFCAL_DOUBT_SECOND_MODE = 4,
-        /// unknown
-        ///
-        /// A value that this API does not know.
-        SELFCAL_DOUBT_UNKNOWN = 255,
-    }
-}
-
-from_core!(Doubt => selfcal_doubt_t, else SELFCAL_DOUBT_UNKNOWN);
-
-impl From<Option<Doubt>> for selfcal_doubt_t {
-    fn from(doubt: Option<Doubt>) -> Self {
-        doubt.map_or(Self::SELFCAL_DOUBT_NONE, Into::into)
-    }
-}
+from_core!(State => selfcal_state_t from 13000, else SELFCAL_STATE_UNKNOWN);
 
 c_enum! {
     /// One of the five unknowns, in the rectified frame (x along the baseline, z forward).
@@ -90,35 +47,35 @@ c_enum! {
         /// none
         ///
         /// Not available in the paper preset.
-        SELFCAL_DIRECTION_NONE = 0,
+        SELFCAL_DIRECTION_NONE = 15000,
         /// pitch
         ///
         /// Rotation of `R` about x: shifts all rows alike.
-        SELFCAL_DIRECTION_PITCH = 1,
+        SELFCAL_DIRECTION_PITCH = 15001,
         /// yaw
         ///
         /// Rotation of `R` about y: shears rows with the product of column and row.
-        SELFCAL_DIRECTION_YAW = 2,
+        SELFCAL_DIRECTION_YAW = 15002,
         /// roll
         ///
         /// Rotation of `R` about z: tilts rows.
-        SELFCAL_DIRECTION_ROLL = 3,
+        SELFCAL_DIRECTION_ROLL = 15003,
         /// baseline forward
         ///
         /// Rotation of the baseline about y: `t_z`.
-        SELFCAL_DIRECTION_BASELINE_FORWARD = 4,
+        SELFCAL_DIRECTION_BASELINE_FORWARD = 15004,
         /// baseline down
         ///
         /// Rotation of the baseline about z: `t_y`.
-        SELFCAL_DIRECTION_BASELINE_DOWN = 5,
+        SELFCAL_DIRECTION_BASELINE_DOWN = 15005,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_DIRECTION_UNKNOWN = 255,
+        SELFCAL_DIRECTION_UNKNOWN = 15255,
     }
 }
 
-from_core!(Direction => selfcal_direction_t, else SELFCAL_DIRECTION_UNKNOWN);
+from_core!(Direction => selfcal_direction_t from 15000, else SELFCAL_DIRECTION_UNKNOWN);
 
 /// Reported standard deviations of an estimate.
 #[repr(C)]
@@ -225,9 +182,9 @@ pub struct selfcal_proposal_t {
     pub extrinsics: selfcal_extrinsics_t,
     /// Correction of the cameras that they belong to; 0 but with `SELFCAL_LENS_TRACKING_COMPENSATE`.
     pub correction: selfcal_lens_correction_t,
-    /// What `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
-    /// significantly different, or with `SELFCAL_DOUBT_BASELINE`, the `t` in use and the best `R` for
-    /// it.
+    /// Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
+    /// significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best `R`
+    /// for it.
     pub applicable: selfcal_extrinsics_t,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: selfcal_lens_correction_t,
@@ -246,14 +203,16 @@ pub struct selfcal_proposal_t {
     /// Covariance, rad^2, symmetric; 0 where it is not valid. Order: rotation of `R` about x, y, z,
     /// rotation of the baseline about y, z, in the rectified frame.
     pub covariance: [[f32; 5]; 5],
+    /// Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth.
+    pub lens_yaw: selfcal_finding_t,
     /// The least certain direction.
     pub weakest: selfcal_weakest_t,
     /// Motion of the rig about the estimate; none in the paper preset.
     pub vibration: selfcal_vibration_t,
     /// State of the estimate. The paper preset is locked from the first pair on.
     pub state: selfcal_state_t,
-    /// Reason not to trust it.
-    pub doubt: selfcal_doubt_t,
+    /// Reasons not to rely on it: sum of `selfcal_reason_t`.
+    pub reasons: u32,
     /// Whether pairs have determined the baseline direction. Points more than some thousand baselines
     /// away do not.
     pub baseline_observed: bool,
@@ -274,10 +233,11 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
             has_covariance: proposal.covariance.is_some(),
             // nalgebra stores columns.
             covariance: proposal.covariance.unwrap_or_default().transpose().into(),
+            lens_yaw: proposal.lens_yaw.into(),
             weakest: proposal.weakest().into(),
             vibration: proposal.vibration.into(),
             state: proposal.state.into(),
-            doubt: proposal.doubt.into(),
+            reasons: bits(proposal.reasons()),
             baseline_observed: proposal.baseline_observed,
         }
     }
@@ -310,22 +270,4 @@ pub unsafe extern "C" fn selfcal_proposal(
         out.set((&proposal).into());
         Ok(())
     })
-}
-
-/// Text of a `selfcal_state_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_state_string(state: u32) -> *const c_char {
-    find(selfcal_state_t::TEXTS, state)
-}
-
-/// Text of a `selfcal_doubt_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_doubt_string(doubt: u32) -> *const c_char {
-    find(selfcal_doubt_t::TEXTS, doubt)
-}
-
-/// Text of a `selfcal_direction_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_direction_string(direction: u32) -> *const c_char {
-    find(selfcal_direction_t::TEXTS, direction)
 }

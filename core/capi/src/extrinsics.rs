@@ -1,12 +1,10 @@
 //! Extrinsics as plain numbers.
 
-use nalgebra::{Matrix3, Vector3};
-use stereo_selfcal::Extrinsics;
-use zerocopy::FromBytes;
+use core::ffi::CStr;
 
-use crate::error::{selfcal_error_t, status};
-use crate::instance::{exclusive, selfcal_t, shared};
-use crate::pointer::{Out, read};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::geometry::ExtrinsicsError;
+use zerocopy::FromBytes;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. A plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`.
 #[repr(C)]
@@ -20,10 +18,29 @@ pub struct selfcal_extrinsics_t {
 }
 
 impl selfcal_extrinsics_t {
-    pub(crate) fn core(&self) -> Result<Extrinsics<f32>, selfcal_error_t> {
-        let [r11, r12, r13, r21, r22, r23, r31, r32, r33] = self.rotation;
-        let r = Matrix3::new(r11, r12, r13, r21, r22, r23, r31, r32, r33);
-        Ok(Extrinsics::try_new(&r, &Vector3::from(self.translation))?)
+    /// All 0: cameras side by side.
+    pub(crate) const ZERO: Self = Self { rotation: [0.0; 9], translation: [0.0; 3] };
+
+    pub(crate) fn is_zero(&self) -> bool {
+        *self == Self::ZERO
+    }
+
+    /// The extrinsics of the core; any bits are checked.
+    pub(crate) fn core(&self) -> Result<Extrinsics<f32>, &'static CStr> {
+        if self.is_zero() {
+            return Ok(Extrinsics::SIDE_BY_SIDE);
+        }
+        let found = Extrinsics::from_row_major(self.rotation, self.translation);
+        found.map_err(|error| match error {
+            ExtrinsicsError::NotARotation => {
+                c"extrinsics: R is not finite, not orthonormal to about 0.1, or a reflection"
+            }
+            ExtrinsicsError::NoDirection => c"extrinsics: t is not finite or has no direction",
+            ExtrinsicsError::AlongOpticalAxis => {
+                c"extrinsics: t is within 6 degrees of an optical axis; such a rig cannot be rectified"
+            }
+            _ => c"extrinsics: unknown",
+        })
     }
 }
 
@@ -34,62 +51,4 @@ impl From<&Extrinsics<f32>> for selfcal_extrinsics_t {
             translation: extrinsics.translation().into_inner().into(),
         }
     }
-}
-
-/// Extrinsics of two parallel cameras side by side: `R = I`, `t = (-1, 0, 0)`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_side_by_side(
-    extrinsics: *mut selfcal_extrinsics_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        unsafe { Out::checked(extrinsics) }?.set((&Extrinsics::SIDE_BY_SIDE).into());
-        Ok(())
-    })
-}
-
-/// Sets the factory extrinsics and resets the calibrator. The prior and the correction limit refer to
-/// them, and `selfcal_reset` returns to them.
-///
-/// * `factory`: `R` orthonormal to about 0.1, `t` of any length.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_set_factory(
-    cal: *mut selfcal_t,
-    factory: *const selfcal_extrinsics_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, factory) = unsafe { (exclusive(cal)?, read(factory)?) };
-        let factory = factory.core()?;
-        instance.set_factory(factory);
-        Ok(())
-    })
-}
-
-/// Reads the extrinsics in use. They belong to the cameras of `selfcal_calibration_in_use`.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_in_use(
-    cal: *const selfcal_t,
-    extrinsics: *mut selfcal_extrinsics_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, extrinsics) = unsafe { (shared(cal)?, Out::checked(extrinsics)?) };
-        extrinsics.set((&instance.calibrator.in_use().extrinsics).into());
-        Ok(())
-    })
-}
-
-/// Reads a counter that changes exactly when the calibration in use does; it wraps around.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_generation(
-    cal: *const selfcal_t,
-    generation: *mut u32,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, generation) = unsafe { (shared(cal)?, Out::checked(generation)?) };
-        generation.set(instance.calibrator.in_use().generation);
-        Ok(())
-    })
 }

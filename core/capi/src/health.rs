@@ -1,17 +1,11 @@
 //! Health: how far to rely on the calibration, as an arming check asks.
 
-use core::ffi::c_char;
+use stereo_selfcal::{Band, Cause, Health, NoHealth, Reasons};
 
-use stereo_selfcal::{Arming, Band, Cause, Health, Reason};
-
-use crate::enumeration::find;
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
-use crate::estimate::{
-    selfcal_doubt_t, selfcal_sd_t, selfcal_state_t, selfcal_vibration_t, selfcal_weakest_t,
-};
-use crate::instance::{Instance, selfcal_t, shared};
-use crate::lens::selfcal_lens_correction_t;
+use crate::estimate::selfcal_state_t;
+use crate::instance::{selfcal_t, shared};
 use crate::pointer::Out;
 
 c_enum! {
@@ -21,114 +15,83 @@ c_enum! {
         /// good
         ///
         /// The estimate does not improve it by a tenth and by more than chance.
-        SELFCAL_BAND_GOOD = 0,
+        SELFCAL_BAND_GOOD = 16000,
         /// improvable
         ///
         /// Below 1 px; the estimate improves it by a tenth or more, and by more than chance.
-        SELFCAL_BAND_IMPROVABLE = 1,
+        SELFCAL_BAND_IMPROVABLE = 16001,
         /// recalibrate
         ///
         /// 1 px or more, and the estimate improves it: a matcher that searches along rows fails.
-        SELFCAL_BAND_RECALIBRATE = 2,
+        SELFCAL_BAND_RECALIBRATE = 16002,
         /// unknown
         ///
         /// The matches do not tell, as `cause` says; or a value that this API does not know.
-        SELFCAL_BAND_UNKNOWN = 255,
+        SELFCAL_BAND_UNKNOWN = 16255,
     }
 }
 
-from_core!(Band => selfcal_band_t, else SELFCAL_BAND_UNKNOWN);
+from_core!(Band => selfcal_band_t from 16000, else SELFCAL_BAND_UNKNOWN);
 
 c_enum! {
-    /// Result of an arming check, and the reason.
-    #[repr(u32)]
-    pub enum selfcal_arming_t {
-        /// yes
-        ///
-        /// The extrinsics in use fit a locked estimate.
-        SELFCAL_ARMING_YES = 0,
-        /// no: not locked
-        ///
-        /// The estimate is not locked.
-        SELFCAL_ARMING_NOT_LOCKED = 1,
-        /// no: doubtful
-        ///
-        /// A second crowd of matches, or with exact lenses image halves that disagree: `selfcal_doubt_t` says which.
-        SELFCAL_ARMING_DOUBTFUL = 2,
-        /// no: misaligned
-        ///
-        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
-        SELFCAL_ARMING_MISALIGNED = 3,
-        /// no: matches do not support it
-        ///
-        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
-        SELFCAL_ARMING_UNFIT = 4,
-        /// unknown
-        ///
-        /// A value that this API does not know.
-        SELFCAL_ARMING_UNKNOWN = 255,
-    }
-}
-
-from_core!(Arming => selfcal_arming_t, else SELFCAL_ARMING_UNKNOWN);
-
-c_enum! {
-    /// One thing that speaks against relying on a calibration: a bit of `selfcal_health_t.reasons`.
+    /// One reason not to rely on a calibration: a bit of `reasons`.
     #[repr(u32)]
     pub enum selfcal_reason_t {
-        /// none
-        ///
-        /// Nothing speaks against it.
-        SELFCAL_REASON_NONE = 0,
         /// estimate not locked
         ///
-        /// The estimate is not confirmed, or the last pairs disagree with it.
-        SELFCAL_REASON_NOT_LOCKED = 1,
-        /// in use off by 1 px or more
-        ///
-        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
-        SELFCAL_REASON_MISALIGNED = 2,
+        /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
+        SELFCAL_REASON_NOT_LOCKED = 0x1_0000,
         /// second crowd of matches
         ///
-        /// Nearly as many matches agree on another calibration, rows away.
-        SELFCAL_REASON_SECOND_MODE = 4,
+        /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and
+        /// nothing is applied until the view has changed.
+        SELFCAL_REASON_SECOND_MODE = 0x4_0000,
+        /// matches biased
+        ///
+        /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact. Forbids
+        /// arming, and nothing is applied.
+        SELFCAL_REASON_BIASED = 0x200_0000,
+        /// matches do not support it
+        ///
+        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which. Forbids
+        /// arming.
+        SELFCAL_REASON_UNFIT = 0x100_0000,
+        /// in use off by 1 px or more
+        ///
+        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+        SELFCAL_REASON_MISALIGNED = 0x2_0000,
         /// image halves disagree
         ///
         /// Image halves disagree by more than 3 standard deviations; the reported deviations contain it.
-        SELFCAL_REASON_IMAGE_HALVES = 8,
+        SELFCAL_REASON_IMAGE_HALVES = 0x8_0000,
         /// lens models off
         ///
         /// The pairs show an error of the lens models; the wide deviations contain it.
-        SELFCAL_REASON_LENS = 16,
+        SELFCAL_REASON_LENS = 0x10_0000,
         /// baseline not observed
         ///
         /// Pairs have not determined the baseline direction: that in use is kept.
-        SELFCAL_REASON_BASELINE = 32,
+        SELFCAL_REASON_BASELINE = 0x20_0000,
         /// repeated scene
         ///
         /// The last pair showed the scene of the one before: it adds no evidence.
-        SELFCAL_REASON_REPEATED = 64,
+        SELFCAL_REASON_REPEATED = 0x40_0000,
         /// axis of the rotation is noise
         ///
         /// Paper preset: the rotation is close to the identity or to a half turn.
-        SELFCAL_REASON_AXIS = 128,
-        /// matches do not support it
-        ///
-        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which.
-        SELFCAL_REASON_UNFIT = 256,
+        SELFCAL_REASON_AXIS = 0x80_0000,
         /// yaw not confirmed
         ///
         /// No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
         /// contain both.
-        SELFCAL_REASON_YAW = 4096,
-        /// unknown
-        ///
-        /// A value that this API does not know.
-        SELFCAL_REASON_UNKNOWN = 255,
+        SELFCAL_REASON_YAW = 0x1000_0000,
     }
 }
 
-from_core!(Reason => selfcal_reason_t, else SELFCAL_REASON_UNKNOWN);
+/// Bits of a set of reasons.
+pub(crate) fn bits(reasons: Reasons) -> u32 {
+    u32::from(reasons.bits()) << 16
+}
 
 c_enum! {
     /// A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
@@ -137,51 +100,51 @@ c_enum! {
         /// none
         ///
         /// None is known.
-        SELFCAL_CAUSE_NONE = 0,
+        SELFCAL_CAUSE_NONE = 18000,
         /// left and right exchanged, t of the other sign, one image mirrored, or both upside down
         ///
         /// The points are behind the cameras.
-        SELFCAL_CAUSE_REVERSED = 1,
+        SELFCAL_CAUSE_REVERSED = 18001,
         /// cameras one above the other, or t of the factory extrinsics turned
         ///
         /// Disparities run along the columns.
-        SELFCAL_CAUSE_UPRIGHT = 2,
+        SELFCAL_CAUSE_UPRIGHT = 18002,
         /// u and v exchanged
         ///
         /// Disparities run along the columns, and no match is beyond the square that u and v have in common.
-        SELFCAL_CAUSE_TRANSPOSED = 3,
+        SELFCAL_CAUSE_TRANSPOSED = 18003,
         /// the same image on both sides
         ///
         /// Most matches are moved alike between both images, and nothing shows depth.
-        SELFCAL_CAUSE_SAME_IMAGE = 4,
+        SELFCAL_CAUSE_SAME_IMAGE = 18004,
         /// cameras of smaller images, or pixels from another origin than the upper left
         ///
         /// Most pixels are outside the images of the cameras.
-        SELFCAL_CAUSE_SMALLER_IMAGES = 5,
+        SELFCAL_CAUSE_SMALLER_IMAGES = 18005,
         /// cameras of larger images
         ///
         /// No match of any pair is right of the middle of the left image, nor below it.
-        SELFCAL_CAUSE_LARGER_IMAGES = 6,
+        SELFCAL_CAUSE_LARGER_IMAGES = 18006,
         /// focal length or lens of another unit or image, as of mm
         ///
         /// Most pixels have no ray.
-        SELFCAL_CAUSE_FOCAL_LENGTH = 7,
+        SELFCAL_CAUSE_FOCAL_LENGTH = 18007,
         /// another lens, or points that are undistorted already
         ///
         /// Pairs show an error of the lens models that no calibration leaves.
-        SELFCAL_CAUSE_LENS = 8,
+        SELFCAL_CAUSE_LENS = 18008,
         /// matches that agree on nothing
         ///
         /// No cause is known.
-        SELFCAL_CAUSE_MISMATCHES = 9,
+        SELFCAL_CAUSE_MISMATCHES = 18009,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_CAUSE_UNKNOWN = 255,
+        SELFCAL_CAUSE_UNKNOWN = 18255,
     }
 }
 
-from_core!(Cause => selfcal_cause_t, else SELFCAL_CAUSE_UNKNOWN);
+from_core!(Cause => selfcal_cause_t from 18000, else SELFCAL_CAUSE_UNKNOWN);
 
 impl From<Option<Cause>> for selfcal_cause_t {
     fn from(cause: Option<Cause>) -> Self {
@@ -211,34 +174,16 @@ pub struct selfcal_health_t {
     pub band: selfcal_band_t,
     /// State of the estimate.
     pub state: selfcal_state_t,
-    /// Reason not to trust the estimate.
-    pub doubt: selfcal_doubt_t,
-    /// Whether pairs have determined the baseline direction.
-    pub baseline_observed: bool,
-    /// Reported standard deviations of the estimate, with the lens models as given.
-    pub sd: selfcal_sd_t,
-    /// Reported standard deviations with the lens models uncertain.
-    pub sd_lens: selfcal_sd_t,
-    /// Correction of the cameras that the estimate belongs to.
-    pub correction: selfcal_lens_correction_t,
-    /// Least certain direction of the estimate.
-    pub weakest: selfcal_weakest_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
-    /// Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth. These rows are
-    /// in neither RMS.
-    pub lens_yaw_rad: f32,
-    /// Its standard deviation, rad.
-    pub lens_yaw_sd_rad: f32,
-    /// Those rows in the corner of the image that is furthest from the principal point, px.
+    /// Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
+    /// point, px. Neither RMS contains it.
     pub corner_px: f32,
-    /// Motion of the rig about the estimate. It is in both RMS; the arming check leaves it out.
-    pub vibration: selfcal_vibration_t,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,
-    /// Result of an arming check.
-    pub arming: selfcal_arming_t,
-    /// What speaks against the calibration, arming or not: sum of `selfcal_reason_t`.
+    /// Yes or no to an arming check; `reasons` says why not. Vibration is in both RMS; this check leaves it out.
+    pub may_arm: bool,
+    /// Reasons not to rely on the calibration in use: sum of `selfcal_reason_t`.
     pub reasons: u32,
     /// Mistake that the matches or the estimate show.
     pub cause: selfcal_cause_t,
@@ -255,63 +200,41 @@ impl From<&Health<f32>> for selfcal_health_t {
             coverage: health.coverage,
             band: health.band.into(),
             state: health.state.into(),
-            doubt: health.doubt.into(),
-            baseline_observed: health.baseline_observed,
-            sd: health.sd.into(),
-            sd_lens: health.sd_lens.into(),
-            correction: health.correction.into(),
-            weakest: health.weakest.into(),
             yaw_rad: health.yaw,
-            lens_yaw_rad: health.lens_yaw.value,
-            lens_yaw_sd_rad: health.lens_yaw.sd,
             corner_px: health.corner_px,
-            vibration: health.vibration.into(),
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),
-            arming: health.arming.into(),
-            reasons: health.reasons.bits().into(),
+            may_arm: health.reasons.may_arm(),
+            reasons: bits(health.reasons),
             cause: health.cause.into(),
         }
     }
 }
 
-fn core(instance: &Instance) -> Result<Health<f32>, selfcal_error_t> {
-    instance.given().map_err(|_| SELFCAL_ERROR_NO_HEALTH)?;
-    instance.calibrator.health().map_err(|_| SELFCAL_ERROR_NO_HEALTH)
-}
-
-/// Fit of the extrinsics in use and of the estimate to the current batch, in one pass over it. Call it
-/// before the batch is cleared.
+/// Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it before the
+/// next correspondence is pushed.
+///
+/// `SELFCAL_ERROR_NO_ESTIMATE`, `SELFCAL_ERROR_NO_MATCH`: there is no health.
+///
+/// * `cause`: the likeliest mistake in rig file or matcher, also written with these two errors; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_health(
     cal: *const selfcal_t,
     health: *mut selfcal_health_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, health) = unsafe { (shared(cal)?, Out::checked(health)?) };
-        health.set((&core(instance)?).into());
-        Ok(())
-    })
-}
-
-/// The likeliest mistake in rig file or matcher, once four pairs have shown one since the estimate was last locked; of an
-/// estimate that there is, that of its health over the current batch. At most one pass.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_likely_cause(
-    cal: *const selfcal_t,
     cause: *mut selfcal_cause_t,
 ) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, cause) = unsafe { (shared(cal)?, Out::checked(cause)?) };
+        let (instance, place, cause) =
+            unsafe { (shared(cal)?, Out::checked(health)?, Out::optional(cause)?) };
         let health = instance.calibrator.health();
-        cause.set(health.map_or_else(|none| none.cause(), |health| health.cause).into());
+        cause.set(health.as_ref().map_or_else(NoHealth::cause, |health| health.cause).into());
+        place.set((&health?).into());
         Ok(())
     })
 }
 
 /// Expected depth error of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. One
-/// pass over the batch. The noise of the matcher is not included.
+/// pass over the batch. The noise of the matcher is not included. In the locked state only.
 ///
 /// * `baseline_m`: length of the baseline, m; finite and above 0.
 /// * `errors`: m.
@@ -327,34 +250,10 @@ pub unsafe extern "C" fn selfcal_depth_errors(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, out) = unsafe { (shared(cal)?, Out::<[f32; 4]>::checked(errors.cast())?) };
         if !(baseline_m > 0.0 && baseline_m.is_finite()) {
-            return Err(SELFCAL_ERROR_BASELINE);
+            return Err(SELFCAL_ERROR_VALUE);
         }
-        let found = core(instance)?.depth_errors(baseline_m);
-        out.set(found.ok_or(SELFCAL_ERROR_NO_DEPTH_ERROR)?);
+        let found = instance.calibrator.health()?.depth_errors(baseline_m);
+        out.set(found.ok_or(SELFCAL_ERROR_NOT_LOCKED)?);
         Ok(())
     })
-}
-
-/// Text of a `selfcal_band_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_band_string(band: u32) -> *const c_char {
-    find(selfcal_band_t::TEXTS, band)
-}
-
-/// Text of a `selfcal_arming_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_arming_string(arming: u32) -> *const c_char {
-    find(selfcal_arming_t::TEXTS, arming)
-}
-
-/// Text of a `selfcal_cause_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_cause_string(cause: u32) -> *const c_char {
-    find(selfcal_cause_t::TEXTS, cause)
-}
-
-/// Text of one `selfcal_reason_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_reason_string(reason: u32) -> *const c_char {
-    find(selfcal_reason_t::TEXTS, reason)
 }

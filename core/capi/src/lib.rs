@@ -5,7 +5,7 @@
 //! z forward; matrices row by row; angles in rad; pixels of the raw image, before undistortion.
 //!
 //! Every function returns a [`selfcal_error_t`] and writes its results through pointers; the
-//! exceptions are the `_string` functions. A refused call changes no extrinsics, and writes no
+//! exceptions are `selfcal_string` and `selfcal_argument_string`. A refused call changes no extrinsics, and writes no
 //! results but those that its documentation names. Refused correspondences are counted. A refused
 //! pair is noted in the health and may count against the estimate.
 //!
@@ -43,6 +43,7 @@ mod encoder;
 mod error;
 mod estimate;
 mod extrinsics;
+mod factory;
 mod health;
 mod instance;
 mod lens;
@@ -62,9 +63,11 @@ pub use camera::*;
 pub use capacity::*;
 pub use config::*;
 pub use encoder::*;
+pub use enumeration::*;
 pub use error::*;
 pub use estimate::*;
 pub use extrinsics::*;
+pub use factory::*;
 pub use health::*;
 pub use instance::*;
 pub use lens::*;

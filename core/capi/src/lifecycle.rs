@@ -3,7 +3,8 @@
 use crate::capacity::SELFCAL_CAPACITY;
 use crate::config::selfcal_config_t;
 use crate::error::{selfcal_error_t, status};
-use crate::instance::{Instance, Known, exclusive, place, selfcal_t};
+use crate::factory::{factory, selfcal_factory_t};
+use crate::instance::{Instance, exclusive, place, selfcal_t};
 use crate::pointer::{Out, read};
 
 /// Storage that the library needs.
@@ -35,39 +36,53 @@ pub unsafe extern "C" fn selfcal_requirements(
     })
 }
 
-/// Initialises a calibrator without cameras, at `R = I`, `t = (-1, 0, 0)`. Call it before all
-/// others; it also restarts a calibrator in use.
+/// Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use.
+/// The generation is 0 then. `selfcal_in_use` has the calibration to load the rectifier with at start.
 ///
 /// * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
 /// * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
 /// * `config`: copied; null for the default.
+/// * `factory`: copied. `selfcal_argument_string` tells why either is refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_init(
     cal: *mut selfcal_t,
     size: usize,
     config: *const selfcal_config_t,
+    factory: *const selfcal_factory_t,
 ) -> selfcal_error_t {
     status(|| {
         let config = if config.is_null() {
-            (stereo_selfcal::Config::default(), Known::DEFAULT)
+            stereo_selfcal::Config::default()
         } else {
             // SAFETY: the caller keeps the contract of the crate.
-            let config = unsafe { read(config) }?;
-            (config.core()?, config.known()?)
+            unsafe { read(config) }?.core()?
         };
         // SAFETY: as above.
-        unsafe { place(cal, size, config) }
+        unsafe { place(cal, size, config, &self::factory(factory)?) }
     })
 }
 
-/// Returns to the factory extrinsics, releases a freeze, and forgets batch, report and fused pairs.
+/// Begins anew with another factory calibration, and keeps the configuration. The generation changes if the calibration in
+/// use does.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_install(
+    cal: *mut selfcal_t,
+    factory: *const selfcal_factory_t,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, factory) = unsafe { (exclusive(cal)?, self::factory(factory)?) };
+        instance.calibrator.install(&factory);
+        Ok(())
+    })
+}
+
+/// Returns to the factory calibration, releases a freeze, and forgets batch and fused pairs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_reset(cal: *mut selfcal_t) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let instance = unsafe { exclusive(cal) }?;
-        instance.forget_pair();
-        instance.calibrator.reset();
+        unsafe { exclusive(cal) }?.calibrator.reset();
         Ok(())
     })
 }

@@ -2,12 +2,11 @@
 
 use core::mem::MaybeUninit;
 
-use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, FrameSink, Received};
+use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use zerocopy::IntoBytes;
 
 use crate::error::{selfcal_error_t, status};
-use crate::instance::{Instance, exclusive, selfcal_t};
+use crate::instance::{exclusive, selfcal_t};
 use crate::marked::{self, Marked};
 use crate::pointer::{Out, read_array};
 
@@ -114,36 +113,10 @@ pub struct selfcal_link_counters_t {
     pub restarts: u32,
     /// Whole frames before which the sender dropped some, and calls of `selfcal_link_note_overrun`.
     pub overruns: u32,
-    /// Refused frames: no cameras, or images of another size.
+    /// Refused frames: images of another size than those of the cameras.
     pub refused: u32,
     /// Bytes skipped in search of a frame.
     pub skipped_bytes: u32,
-}
-
-/// A frame replaces the batch and its solved pair.
-impl FrameSink for Instance {
-    fn is_busy(&self) -> bool {
-        self.calibrator.is_busy()
-    }
-
-    fn start(&mut self, header: &FrameHeader) -> Result<(), FrameRefusal> {
-        self.calibrator.start(header)?;
-        self.forget_pair();
-        Ok(())
-    }
-
-    fn take(&mut self, correspondence: &Correspondence<f32>) {
-        self.calibrator.take(correspondence);
-    }
-
-    fn finish(&mut self) -> usize {
-        self.calibrator.finish()
-    }
-
-    fn discard(&mut self) {
-        self.forget_pair();
-        self.calibrator.discard();
-    }
 }
 
 /// The link in a storage.
@@ -190,9 +163,9 @@ pub unsafe extern "C" fn selfcal_link_init(
 /// ```
 ///
 /// Do not push, and begin no pair, while a frame comes in: until it is whole none of its matches is used. While a
-/// pair is being solved the call returns `SELFCAL_ERROR_LINK_BUSY` and uses no bytes: feed the same
-/// bytes later. After the other `SELFCAL_ERROR_LINK_` codes feed the rest: the frame is skipped and
-/// the batch is unchanged. A new frame drops the solved pair: fuse it before.
+/// pair is being solved the call returns `SELFCAL_ERROR_BUSY` and uses no bytes: feed the same
+/// bytes later. After `SELFCAL_ERROR_IMAGE_SIZE` feed the rest: the frame is skipped and
+/// the batch is unchanged.
 ///
 /// * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
 /// * `used`: number of bytes used, also set with errors; 0 where nothing was done.
@@ -231,10 +204,10 @@ unsafe fn feed(
     // SAFETY: the contract of the crate.
     let (link, instance, mut bytes) =
         unsafe { (self::link(link)?, exclusive(cal)?, read_array(bytes, length)?) };
-    if instance.is_busy() {
+    if instance.calibrator.is_busy() {
         return Err(FrameRefusal::Busy.into());
     }
-    let fed = link.decoder.feed(&mut bytes, instance);
+    let fed = link.decoder.feed(&mut bytes, &mut instance.calibrator);
     *used = length.saturating_sub(bytes.len());
     Ok(fed?)
 }

@@ -1,15 +1,13 @@
-//! One pair: solve the batch, read the report, fuse, clear.
+//! One pair: solve the batch, fuse the result, hand out what became of it.
 
-use core::ffi::c_char;
+use stereo_selfcal::outcome::Stop;
+use stereo_selfcal::{Fused, Outcome, PairReport};
 
-use stereo_selfcal::{Fused, PairReport, Stop};
-
-use crate::enumeration::find;
-use crate::error::selfcal_error_t::{self, *};
-use crate::error::status;
+use crate::error::{selfcal_error_t, status};
 use crate::extrinsics::selfcal_extrinsics_t;
-use crate::instance::{exclusive, selfcal_t, shared};
-use crate::pointer::Out;
+use crate::instance::{exclusive, selfcal_t};
+use crate::pointer::{Out, read_array};
+use crate::push::selfcal_correspondence_t;
 
 c_enum! {
     /// Why the solver stopped.
@@ -18,64 +16,68 @@ c_enum! {
         /// converged
         ///
         /// The step fell below the tolerance.
-        SELFCAL_STOP_CONVERGED = 0,
+        SELFCAL_STOP_CONVERGED = 11000,
         /// no descent
         ///
         /// No step lowers the cost: the optimum to the resolution of the numbers.
-        SELFCAL_STOP_NO_DESCENT = 1,
+        SELFCAL_STOP_NO_DESCENT = 11001,
         /// passes spent
         ///
         /// All configured passes are done, as for every pair of a locked estimate. The result is
         /// the best pose found.
-        SELFCAL_STOP_PASSES_SPENT = 2,
+        SELFCAL_STOP_PASSES_SPENT = 11002,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_STOP_UNKNOWN = 255,
+        SELFCAL_STOP_UNKNOWN = 11255,
     }
 }
 
-from_core!(Stop => selfcal_stop_t, else SELFCAL_STOP_UNKNOWN);
+from_core!(Stop => selfcal_stop_t from 11000, else SELFCAL_STOP_UNKNOWN);
 
 c_enum! {
-    /// Effect of a fused pair on the estimate.
+    /// Effect of a pair on the estimate.
     #[repr(u32)]
     pub enum selfcal_fused_t {
         /// added
         ///
         /// The pair is part of the estimate.
-        SELFCAL_FUSED_ADDED = 0,
+        SELFCAL_FUSED_ADDED = 12000,
         /// same scene again
         ///
         /// The pair shows the same scene as the one before, and replaces it.
-        SELFCAL_FUSED_REPEATED = 1,
+        SELFCAL_FUSED_REPEATED = 12001,
         /// kept apart
         ///
         /// The pair disagrees with the estimate and supports a challenger.
-        SELFCAL_FUSED_KEPT_APART = 2,
+        SELFCAL_FUSED_KEPT_APART = 12002,
         /// added, older pairs dropped
         ///
         /// The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
         /// drifts.
-        SELFCAL_FUSED_RENEWED = 3,
+        SELFCAL_FUSED_RENEWED = 12003,
         /// challenger promoted
         ///
         /// The pairs of the challenger agree: its estimate is the estimate now.
-        SELFCAL_FUSED_TOOK_OVER = 4,
+        SELFCAL_FUSED_TOOK_OVER = 12004,
         /// lens corrected, estimate begins again
         ///
         /// The pairs show another lens model of the right camera: the estimate begins again with corrected
         /// cameras, `SELFCAL_LENS_TRACKING_COMPENSATE`. The batch is emptied; there is no proposal and no
         /// health until the next pair.
-        SELFCAL_FUSED_LENS_CORRECTED = 5,
+        SELFCAL_FUSED_LENS_CORRECTED = 12005,
+        /// not fused
+        ///
+        /// The pair is not part of the estimate; the error of the call says why.
+        SELFCAL_FUSED_NOT = 12254,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_FUSED_UNKNOWN = 255,
+        SELFCAL_FUSED_UNKNOWN = 12255,
     }
 }
 
-from_core!(Fused => selfcal_fused_t, else SELFCAL_FUSED_UNKNOWN);
+from_core!(Fused => selfcal_fused_t from 12000, else SELFCAL_FUSED_UNKNOWN);
 
 /// Result of one pair.
 #[repr(C)]
@@ -109,6 +111,24 @@ pub struct selfcal_report_t {
     pub noise_px: f32,
 }
 
+impl selfcal_report_t {
+    /// Of no pair.
+    const NONE: Self = Self {
+        extrinsics: selfcal_extrinsics_t::ZERO,
+        information: [[0.0; 5]; 5],
+        stop: selfcal_stop_t::SELFCAL_STOP_UNKNOWN,
+        passes: 0,
+        usable: 0,
+        skipped: 0,
+        screened: 0,
+        cost_before: 0.0,
+        cost_after: 0.0,
+        rms_px_before: 0.0,
+        rms_px_after: 0.0,
+        noise_px: 0.0,
+    };
+}
+
 impl From<&PairReport<f32>> for selfcal_report_t {
     fn from(report: &PairReport<f32>) -> Self {
         Self {
@@ -129,100 +149,102 @@ impl From<&PairReport<f32>> for selfcal_report_t {
     }
 }
 
-/// Starts to solve the batch with a first pass over it. Then call `selfcal_advance_pair`. Forgets the
-/// report of the last pair.
+/// Outcome of one pair.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct selfcal_outcome_t {
+    /// Effect on the estimate; `SELFCAL_FUSED_NOT` with an error.
+    pub fused: selfcal_fused_t,
+    /// Whether the pair was solved, so that `pair` is valid. A solved pair may still not be fused.
+    pub has_pair: bool,
+    /// Result of the pair alone; 0 where it is not valid.
+    pub pair: selfcal_report_t,
+}
+
+impl From<&Outcome<f32>> for selfcal_outcome_t {
+    fn from(outcome: &Outcome<f32>) -> Self {
+        let not = selfcal_fused_t::SELFCAL_FUSED_NOT;
+        Self {
+            fused: outcome.fused.map_or(not, Into::into),
+            has_pair: outcome.pair.is_some(),
+            pair: outcome.pair.as_ref().map_or(selfcal_report_t::NONE, Into::into),
+        }
+    }
+}
+
+/// Hands out an outcome; the error of a pair that is not fused.
+fn end(outcome: &Outcome<f32>, place: Out<selfcal_outcome_t>) -> Result<(), selfcal_error_t> {
+    place.set(outcome.into());
+    outcome.fused.map(|_| ()).map_err(Into::into)
+}
+
+/// Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the result. A
+/// pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and are no error.
+///
+/// An error from 500 on says why the pair is not part of the estimate, which is normal: go on with the next pair.
+///
+/// * `correspondences`: `count` of them; may be null where `count` is 0.
+/// * `outcome`: written with these errors too; may be null.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_begin_pair(cal: *mut selfcal_t) -> selfcal_error_t {
+pub unsafe extern "C" fn selfcal_take_pair(
+    cal: *mut selfcal_t,
+    correspondences: *const selfcal_correspondence_t,
+    count: usize,
+    outcome: *mut selfcal_outcome_t,
+) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let instance = unsafe { exclusive(cal) }?;
-        instance.given()?;
-        instance.advance().map(|_| ())
+        let (instance, all, place) = unsafe {
+            (exclusive(cal)?, read_array(correspondences, count)?, Out::optional(outcome)?)
+        };
+        end(&instance.calibrator.take_pair(all.iter().map(Into::into)), place)
     })
 }
 
-/// Takes one more pass over the batch, or two to evaluate a solved pair.
+/// Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins a new
+/// batch; until then `selfcal_health` and `selfcal_push_range` read this one. Errors as of `selfcal_take_pair`.
 ///
-/// * `solved`: whether the pair is solved. Then fuse it before the batch is cleared.
+/// * `outcome`: written with these errors too; may be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_solve_pair(
+    cal: *mut selfcal_t,
+    outcome: *mut selfcal_outcome_t,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate.
+        let (instance, place) = unsafe { (exclusive(cal)?, Out::optional(outcome)?) };
+        end(&instance.calibrator.solve_pair(), place)
+    })
+}
+
+/// Takes one step of a pair, at most one pass over the batch, or two to evaluate a solved pair. The first step begins with
+/// the correspondences pushed so far, the last one fuses the result. The outcome is that of `selfcal_solve_pair`, bit for
+/// bit, and so are the errors; a pair with an error has ended.
+///
+/// * `ended`: whether the pair has ended, also written with these errors.
+/// * `outcome`: written once the pair has ended; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_advance_pair(
     cal: *mut selfcal_t,
-    solved: *mut bool,
+    ended: *mut bool,
+    outcome: *mut selfcal_outcome_t,
 ) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let (instance, solved) = unsafe { (exclusive(cal)?, Out::checked(solved)?) };
-        instance.given()?;
-        solved.set(instance.advance()?);
-        Ok(())
+        let (instance, ended, place) =
+            unsafe { (exclusive(cal)?, Out::checked(ended)?, Out::optional(outcome)?) };
+        let found = instance.calibrator.advance_pair();
+        ended.set(found.is_some());
+        found.map_or(Ok(()), |outcome| end(&outcome, place))
     })
 }
 
-/// Solves the batch in one call, with all passes. Fuse the pair before the batch is cleared.
+/// Empties the batch, and abandons a pair that is being solved.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_solve_pair(cal: *mut selfcal_t) -> selfcal_error_t {
+pub unsafe extern "C" fn selfcal_discard_pair(cal: *mut selfcal_t) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate.
-        let instance = unsafe { exclusive(cal) }?;
-        instance.given()?;
-        let outcome = instance.calibrator.solve_pair();
-        instance.end(outcome)
-    })
-}
-
-/// Result of the last solved pair, until the next pair is begun or the batch is cleared.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_report(
-    cal: *const selfcal_t,
-    report: *mut selfcal_report_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, out) = unsafe { (shared(cal)?, Out::checked(report)?) };
-        let report = instance.solved.as_ref().ok_or(SELFCAL_ERROR_NO_REPORT)?;
-        out.set(report.into());
+        unsafe { exclusive(cal) }?.calibrator.discard_pair();
         Ok(())
     })
-}
-
-/// Reads, once, how the solved pair became part of the estimate, or why not. Solving a pair fuses it.
-///
-/// * `fused`: effect on the estimate; may be null.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_fuse(
-    cal: *mut selfcal_t,
-    fused: *mut selfcal_fused_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, fused) = unsafe { (exclusive(cal)?, Out::optional(fused)?) };
-        instance.solved.as_ref().ok_or(SELFCAL_ERROR_NO_REPORT)?;
-        let effect = instance.fused.take().ok_or(SELFCAL_ERROR_NO_REPORT)?;
-        fused.set(effect?.into());
-        Ok(())
-    })
-}
-
-/// Clears the batch and the report, and abandons a pair that is being solved.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_clear_pair(cal: *mut selfcal_t) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let instance = unsafe { exclusive(cal) }?;
-        instance.forget_pair();
-        instance.calibrator.discard_pair();
-        Ok(())
-    })
-}
-
-/// Text of a `selfcal_stop_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_stop_string(stop: u32) -> *const c_char {
-    find(selfcal_stop_t::TEXTS, stop)
-}
-
-/// Text of a `selfcal_fused_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_fused_string(fused: u32) -> *const c_char {
-    find(selfcal_fused_t::TEXTS, fused)
 }

@@ -27,7 +27,7 @@ pub(crate) unsafe fn read_array<'a, T: FromBytes>(
     }
     check(from)?;
     if count > isize::MAX.unsigned_abs() / size_of::<T>() {
-        return Err(SELFCAL_ERROR_COUNT);
+        return Err(SELFCAL_ERROR_VALUE);
     }
     // SAFETY: not null, aligned, not longer than the address space, and any bits are a `T`.
     Ok(unsafe { core::slice::from_raw_parts(from, count) })

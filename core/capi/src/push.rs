@@ -1,11 +1,9 @@
 //! Correspondences into the batch, one by one or as an array.
 
-use core::ffi::c_char;
-
-use stereo_selfcal::{Correspondence, PushError, Pushed};
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::{Correspondence, PushError};
 use zerocopy::FromBytes;
 
-use crate::enumeration::find;
 use crate::error::{selfcal_error_t, status};
 use crate::instance::{exclusive, selfcal_t, shared};
 use crate::pointer::{Out, read, read_array};
@@ -38,23 +36,23 @@ c_enum! {
         /// kept
         ///
         /// The batch had room for it.
-        SELFCAL_PUSHED_KEPT = 0,
+        SELFCAL_PUSHED_KEPT = 10000,
         /// replaced another one
         ///
         /// It replaces another one in the full batch.
-        SELFCAL_PUSHED_REPLACED = 1,
+        SELFCAL_PUSHED_REPLACED = 10001,
         /// left out
         ///
         /// The full batch keeps the others instead.
-        SELFCAL_PUSHED_LEFT_OUT = 2,
+        SELFCAL_PUSHED_LEFT_OUT = 10002,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_PUSHED_UNKNOWN = 255,
+        SELFCAL_PUSHED_UNKNOWN = 10255,
     }
 }
 
-from_core!(Pushed => selfcal_pushed_t, else SELFCAL_PUSHED_UNKNOWN);
+from_core!(Pushed => selfcal_pushed_t from 10000, else SELFCAL_PUSHED_UNKNOWN);
 
 /// Effect of an array of correspondences on the batch.
 #[repr(C)]
@@ -78,7 +76,7 @@ pub struct selfcal_pushed_counts_t {
 pub struct selfcal_batch_t {
     /// Correspondences in the batch.
     pub held: u32,
-    /// Correspondences offered since the batch was last cleared: held, left out or refused.
+    /// Correspondences offered to this batch: held, left out or refused.
     pub offered: u32,
     /// Valid correspondences that a full batch does not hold.
     pub left_out: u32,
@@ -87,7 +85,7 @@ pub struct selfcal_batch_t {
 }
 
 /// Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left
-/// image, and prefers the better score among neighbours.
+/// image, and prefers the better score among neighbours. The first one after a pair has ended begins a new batch.
 ///
 /// * `pushed`: effect on the batch; may be null.
 #[unsafe(no_mangle)]
@@ -100,14 +98,13 @@ pub unsafe extern "C" fn selfcal_push(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, correspondence, pushed) =
             unsafe { (exclusive(cal)?, read(correspondence)?, Out::optional(pushed)?) };
-        instance.given()?;
         pushed.set(instance.calibrator.push(&(&correspondence).into())?.into());
         Ok(())
     })
 }
 
 /// Offers an array of correspondences in their order. Refused ones are counted and are no error.
-/// Without cameras, or while a pair is being solved, none is offered.
+/// While a pair is being solved none is offered: `SELFCAL_ERROR_BUSY`.
 ///
 /// * `correspondences`: `count` of them; may be null where `count` is 0.
 /// * `counts`: effect on the batch; may be null.
@@ -130,7 +127,6 @@ pub unsafe extern "C" fn selfcal_push_array(
             refused: 0,
             first_refusal: selfcal_error_t::SELFCAL_OK,
         };
-        instance.given()?;
         for correspondence in correspondences {
             let count = match instance.calibrator.push(&correspondence.into()) {
                 Ok(Pushed::Kept) => &mut counts.kept,
@@ -169,10 +165,4 @@ pub unsafe extern "C" fn selfcal_batch(
         });
         Ok(())
     })
-}
-
-/// Text of a `selfcal_pushed_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_pushed_string(pushed: u32) -> *const c_char {
-    find(selfcal_pushed_t::TEXTS, pushed)
 }

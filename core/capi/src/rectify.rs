@@ -1,12 +1,10 @@
 //! Input of a rectifier: rotations, common camera, homographies.
 
 use nalgebra::Matrix3;
-use stereo_selfcal::{
-    CameraError, Cameras, Extrinsics, LensCorrection, RectifiedCamera, RectifyingRotations, Side,
-};
+use stereo_selfcal::geometry::{LensCorrection, RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::{Cameras, Extrinsics};
 use zerocopy::FromBytes;
 
-use crate::camera;
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
 use crate::instance::{Instance, selfcal_t, shared};
@@ -82,10 +80,13 @@ fn calibration(
     source: u32,
 ) -> Result<(Cameras<f32>, RectifyingRotations<f32>), selfcal_error_t> {
     let (extrinsics, correction) = extrinsics(instance, source)?;
-    let right = |why: CameraError| camera::error(Side::Right, why.code());
+    let calibrator = &instance.calibrator;
     let cameras = match correction {
-        None => camera::in_use(instance)?.cameras,
-        Some(correction) => camera::given(instance)?.corrected(&correction).map_err(right)?,
+        None => calibrator.in_use().cameras,
+        Some(correction) => {
+            let corrected = calibrator.factory().cameras.corrected(&correction);
+            corrected.map_err(|_| SELFCAL_ERROR_INCONSISTENT)?
+        }
     };
     Ok((cameras, (&extrinsics).into()))
 }
@@ -140,7 +141,7 @@ pub unsafe extern "C" fn selfcal_choose_camera(
 /// Computes the two rectifying homographies.
 ///
 /// * `source`: a `selfcal_source_t`.
-/// * `camera`: from `selfcal_choose_camera`, or any other.
+/// * `camera`: from `selfcal_choose_camera`, or any other: finite, and of a focal length above 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_homographies(
     cal: *const selfcal_t,
@@ -156,7 +157,7 @@ pub unsafe extern "C" fn selfcal_homographies(
         let [cx, cy] = camera.principal;
         let finite = camera.focal.is_finite() && cx.is_finite() && cy.is_finite();
         if !finite || camera.focal <= 0.0 {
-            return Err(SELFCAL_ERROR_RECTIFIED_CAMERA);
+            return Err(SELFCAL_ERROR_VALUE);
         }
         let (cameras, rotations) = calibration(instance, source)?;
         let [left, right] = camera.homographies(&cameras, &rotations);

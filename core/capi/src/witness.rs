@@ -1,11 +1,9 @@
 //! Witnesses of the yaw of the mount, which rows alone cannot tell from the lens.
 
-use core::ffi::c_char;
-
-use stereo_selfcal::{Range, RangeReading, RayPair, Witnessed};
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::depth::{Range, RangeReading, Witnessed};
 use zerocopy::FromBytes;
 
-use crate::enumeration::find;
 use crate::error::{selfcal_error_t, status};
 use crate::instance::{exclusive, selfcal_t, shared};
 use crate::pointer::{Out, read, read_array};
@@ -39,22 +37,22 @@ c_enum! {
         /// taken
         ///
         /// It is part of the estimate.
-        SELFCAL_WITNESSED_TAKEN = 0,
+        SELFCAL_WITNESSED_TAKEN = 19000,
         /// waiting for a second one
         ///
         /// It contradicts the yaw so far: the next one decides.
-        SELFCAL_WITNESSED_WAITING = 1,
+        SELFCAL_WITNESSED_WAITING = 19001,
         /// unknown
         ///
         /// A value that this API does not know.
-        SELFCAL_WITNESSED_UNKNOWN = 255,
+        SELFCAL_WITNESSED_UNKNOWN = 19255,
     }
 }
 
-from_core!(Witnessed => selfcal_witnessed_t, else SELFCAL_WITNESSED_UNKNOWN);
+from_core!(Witnessed => selfcal_witnessed_t from 19000, else SELFCAL_WITNESSED_UNKNOWN);
 
-/// Adds a point of known distance, after `selfcal_fuse` and before `selfcal_clear_pair`: it tells the yaw of the
-/// mount from the lens. It needs the length of the baseline (`selfcal_config_set_baseline_m`) and a match within 3 px
+/// Adds a point of known distance, once the pair that shows it has ended, and before the next: it tells the yaw of the
+/// mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match within 3 px
 /// that fits the estimate. Five readings of 1 %, or ten of 3 %, are enough.
 ///
 /// * `witnessed`: effect on the estimate; may be null.
@@ -101,7 +99,7 @@ pub unsafe extern "C" fn selfcal_track(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, pair, out) =
             unsafe { (shared(cal)?, [read(before)?, read(after)?], Out::checked(tracked.cast())?) };
-        let cameras = instance.given()?.cameras;
+        let cameras = &instance.calibrator.factory().cameras;
         let [before, after] = pair.each_ref().map(|c| cameras.rays(&c.into()));
         let tracked: Tracked = [before?, after?];
         out.set(tracked);
@@ -110,7 +108,7 @@ pub unsafe extern "C" fn selfcal_track(
 }
 
 /// Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
-/// baseline, after `selfcal_fuse`: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
+/// baseline, once the later pair has ended: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
 ///
 /// * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]
@@ -130,10 +128,4 @@ pub unsafe extern "C" fn selfcal_push_motion(
         out.set(instance.calibrator.push_motion(tracked)?.into());
         Ok(())
     })
-}
-
-/// Text of a `selfcal_witnessed_t`, English; never null.
-#[unsafe(no_mangle)]
-pub extern "C" fn selfcal_witnessed_string(witnessed: u32) -> *const c_char {
-    find(selfcal_witnessed_t::TEXTS, witnessed)
 }

@@ -3,7 +3,8 @@
 use core::error::Error;
 use core::str::FromStr;
 
-use stereo_selfcal::{Camera, Intrinsics, Lens, RadialTangential};
+use stereo_selfcal::geometry::RadialTangential;
+use stereo_selfcal::{Camera, Intrinsics, Lens};
 
 pub(crate) fn number<N: FromStr>(text: &str) -> Result<N, String> {
     text.trim().parse().map_err(|_| format!("`{text}` is not a number"))

@@ -7,10 +7,11 @@ mod selection;
 mod shift;
 pub(crate) mod sides;
 
-use correspondence::{Cameras, Correspondence, RayPair};
+pub use correspondence::RayPair;
+use correspondence::{Cameras, Correspondence};
 use grid::CellSet;
 use nalgebra::Vector2;
-use row_offset::row_offset;
+pub use row_offset::row_offset;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
 use crate::error::{PushError, Rejection, UndistortError};
@@ -45,7 +46,8 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// # Examples
 ///
 /// ```
-/// use stereo_selfcal::{Batch, Camera, Cameras, Correspondence, Intrinsics, Lens, Pushed};
+/// use stereo_selfcal::{Camera, Cameras, Correspondence, Intrinsics, Lens};
+/// use stereo_selfcal::batch::{Batch, Pushed};
 /// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [959.5, 599.5], size: [1920, 1200] };
 /// let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
 /// let cameras = Cameras { left: camera, right: camera };

@@ -45,9 +45,8 @@ impl<T: Scalar> Shift<T> {
     /// means, and its variance if both are noise. Only depth makes the difference positive.
     pub(super) fn spread(&self) -> [T; 2] {
         let n = T::count(self.count.max(1));
-        let about_mean = |squares: T, sum: T| squares - sum * sum / n;
         let ([x, y], [xx, yy]) = (self.sums, self.squares);
-        let [along, across] = [about_mean(xx, x), about_mean(yy, y)];
+        let [along, across] = [xx - x * x / n, yy - y * y / n];
         [along - across, (along * along + across * across) * T::lit(2.0) / n]
     }
 }

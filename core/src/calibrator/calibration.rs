@@ -53,9 +53,10 @@ impl<T: Scalar> Calibration<T> {
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// The calibration in use: at first that of the factory. Load the rectifier with it at start.
+    /// The calibration in use: at first that of the factory. Load the rectifier with it at start, and again whenever its
+    /// generation has changed.
     pub fn in_use(&self) -> Calibration<T> {
-        // Cameras out of range are never in use.
+        // A calibration whose cameras are out of range is never put into use.
         let cameras = self.cameras_of(&self.in_use).unwrap_or(self.factory.cameras);
         Calibration { cameras, extrinsics: self.in_use.extrinsics, generation: self.generation }
     }
@@ -68,7 +69,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if of.correction.is_none() { Some(given) } else { given.corrected(&of.correction).ok() }
     }
 
-    /// Begins again with other lens models, where that gains; whether it did.
+    /// Begins again with corrected lens models where that makes the estimate more certain. Returns whether it did.
     #[inline(never)]
     pub(super) fn correct_lens(&mut self) -> bool {
         let Some((reference, corrected)) = self.next_lens() else { return false };
@@ -78,7 +79,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         true
     }
 
-    /// The lens to begin again with, and its cameras.
+    /// The corrected lens, and its cameras.
     fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
         let context = self.estimator.context(&self.config, &self.factory);
         let reference = self.estimator.next_reference(&context)?;
@@ -96,7 +97,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         &mut self,
         applied: CorrectedExtrinsics<T>,
     ) -> Result<Calibration<T>, ApplyError> {
-        // Before anything changes: cameras out of range are no calibration.
+        // Checked before anything changes.
         self.cameras_of(&applied).ok_or(ApplyError::Inconsistent)?;
         let before = self.in_use;
         if self.replace_in_use(applied) {
@@ -105,7 +106,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(self.in_use())
     }
 
-    /// Replaces the calibration in use; whether it changed.
+    /// Replaces the calibration in use. Returns whether it changed.
     // Out of line: a second copy took 0.7 kB at opt-level 3.
     #[inline(never)]
     pub(super) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {

@@ -41,14 +41,14 @@ macro_rules! dispatch {
 }
 
 impl<T: Scalar> Estimator<T> {
-    /// State without pairs.
+    /// A state without pairs.
     ///
-    /// * `is_calibrated`: whether the factory extrinsics are those of a calibration.
+    /// * `is_calibrated`: whether a calibration measured the factory extrinsics.
     #[inline(always)]
     pub(crate) const fn new(config: &Config, is_calibrated: bool) -> Self {
         match config.method {
             #[cfg(feature = "paper")]
-            Method::Paper => Self::Paper(Paper::new(config.angle)),
+            Method::Paper => Self::Paper(Paper::new(config.paper.angle)),
             Method::Robust => Self::Robust(Fusion::new(is_calibrated)),
         }
     }
@@ -78,7 +78,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Knowledge of the mount yaw, to be added to.
+    /// The mount yaw, for a witness to update.
     #[cfg_attr(
         not(feature = "paper"),
         expect(clippy::unnecessary_wraps, reason = "the paper preset has none")
@@ -105,7 +105,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Discards a pair, solved or being solved.
+    /// Discards the pair, whether it is solved or being solved.
     pub(crate) fn discard(&mut self) {
         dispatch!(self, state => state.discard());
     }
@@ -125,7 +125,7 @@ impl<T: Scalar> Estimator<T> {
 
     /// Takes one more pass; true once the pair is solved.
     ///
-    /// * `frozen`: a pair that fails counts against nothing.
+    /// * `frozen`: whether a pair that fails does not count against the estimate.
     ///
     /// # Errors
     /// [`Rejection`]; the batch is abandoned.
@@ -179,7 +179,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Correction of the cameras that the rays of a batch are of.
+    /// Correction of the cameras with which the batch is undistorted.
     pub(crate) fn correction(&self) -> LensCorrection<T> {
         match self {
             #[cfg(feature = "paper")]
@@ -188,7 +188,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// The lens to begin again with, where that gains ([`crate::LensTracking::Compensate`]).
+    /// The corrected lens to begin again with, if it makes the estimate more certain ([`crate::LensTracking::Compensate`]).
     #[inline(never)]
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         match self {
@@ -198,7 +198,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Forgets all pairs and begins again, with rays of another lens.
+    /// Forgets all pairs and begins again with a corrected lens.
     pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
         match self {
             #[cfg(feature = "paper")]
@@ -235,7 +235,7 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.state())
     }
 
-    /// What a record keeps: nothing of the paper preset.
+    /// The prior that a record keeps; empty in the paper preset.
     #[inline(never)]
     pub(crate) fn learned(&self, context: &Context<'_, T>) -> Learned<T> {
         match self {
@@ -245,7 +245,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Takes up what a record has kept, without pairs; false where it has no finite solution.
+    /// Starts from the prior of a record. False if it has no finite solution.
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> bool {
         match self {
             #[cfg(feature = "paper")]
@@ -256,7 +256,7 @@ impl<T: Scalar> Estimator<T> {
 
     /// The estimate; `None` before the first pair.
     ///
-    /// * `in_use`: source of the baseline where the estimated one is doubtful.
+    /// * `in_use`: source of the baseline where the pairs do not determine it.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,

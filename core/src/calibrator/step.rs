@@ -17,19 +17,20 @@ pub(super) enum Step {
     Solving,
     /// It has been solved, and is fused next.
     Solved,
-    /// It has an outcome; its matches are read by the judgement only.
+    /// It has an outcome. Only health and witnesses read its matches.
     Ended,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Takes one step of the pair; the outcome, once it has ended. The first step begins with the matches pushed so far,
-    /// each further one takes a pass, and the last one fuses the result. At most [`crate::Config::with_max_passes`] and
-    /// three more.
+    /// Takes one step of the pair, and returns its outcome once it has ended. The first step begins with the matches pushed
+    /// so far, each further step takes a pass, and the last one fuses the result: at most
+    /// [`crate::Config::with_max_passes`] steps and three more.
     ///
-    /// What is in use never changes, nor do the numbers of a confirmed estimate where the pair is rejected; after
-    /// [`Rejection::Disagrees`] its deviations may be wider: the pair may show a vibration. Nothing counts against the
-    /// estimate after [`Rejection::TooFew`], [`Rejection::TooUncertain`] and [`Rejection::Frozen`], and in the paper
-    /// preset. Any other rejected pair counts against each hypothesis that was asked and disagreed:
+    /// The calibration in use never changes. A rejected pair leaves the extrinsics of a confirmed estimate as they are; after
+    /// [`Rejection::Disagrees`] its deviations may be wider, because the pair may show a vibration. A pair that is rejected
+    /// as [`Rejection::TooFew`], [`Rejection::TooUncertain`] or [`Rejection::Frozen`] does not count against the estimate,
+    /// nor does any pair in the paper preset. Any other rejected pair counts against each estimate that it was compared
+    /// with:
     /// - a locked estimate becomes [`State::Suspect`], after ten such pairs in a row [`State::Lost`]; the next pair
     ///   that agrees with it locks it again;
     /// - a challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs, and more
@@ -42,7 +43,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    // The steps are out of line: their contexts leave the stack of the caller.
+    // Out of line: the stack of a step is free again after it.
     #[inline(never)]
     fn begin(&mut self) -> Option<Outcome<T>> {
         if self.step == Step::Ended {
@@ -84,8 +85,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.report(&context, self.batch.pairs())
     }
 
-    /// Ends a pair that could not be solved, and notes the mistake that this shows. Matches of a frame that still arrives
-    /// are kept.
+    /// Ends a pair that could not be solved, and counts the mistake that it shows. Keeps the matches of a frame that is still
+    /// arriving.
     pub(super) fn unsolved(&mut self, why: Rejection) -> Outcome<T> {
         if !self.batch.is_arriving() {
             self.step = Step::Ended;

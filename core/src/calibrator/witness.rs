@@ -1,4 +1,4 @@
-//! Witnesses of the mount yaw: what tells it from the apparent yaw of the lens.
+//! Witnesses of the mount yaw: measurements that tell it from the apparent yaw of the lens.
 
 use super::Calibrator;
 use crate::batch::correspondence::RayPair;

@@ -1,4 +1,4 @@
-//! What every call works with.
+//! Configuration and rig, as every call reads them.
 
 use super::Config;
 use crate::algebra::block_variances::BlockVariances;
@@ -36,12 +36,12 @@ impl<'a, T: Scalar> Context<'a, T> {
         Self { config, factory, factory_yaw_sd_rad, focal, factory_pose, prior, vibration }
     }
 
-    /// With the yaw of the factory extrinsics known as well.
+    /// With the standard deviation of the factory yaw.
     pub(crate) fn knowing_yaw(self, factory_yaw_sd_rad: Option<f32>) -> Self {
         Self { factory_yaw_sd_rad, ..self }
     }
 
-    /// Of a rig that vibrates.
+    /// With the variances of a vibration.
     pub(crate) fn vibrating(self, vibration: BlockVariances<T>) -> Self {
         Self { vibration, ..self }
     }
@@ -60,14 +60,14 @@ impl<'a, T: Scalar> Context<'a, T> {
     pub(crate) fn yaw_variances(&self) -> (Option<T>, T) {
         let square = |sd: f32| T::single(sd) * T::single(sd);
         let lens_yaw_sd_rad = self.config.lens_yaw_sd_rad;
-        // With exact lenses rows tell the yaw.
+        // With exact lenses the rows tell the yaw.
         if !self.has_lens_prior() {
             return (None, T::ZERO);
         }
         (self.factory_yaw_sd_rad.map(square), square(lens_yaw_sd_rad))
     }
 
-    /// Factor of the sums over `pairs` pairs when one more comes: below 1 once the memory is full.
+    /// Factor of the sums over `pairs` pairs when another one is added: below 1 once the memory is full.
     pub(crate) fn fading(&self, pairs: u32) -> T {
         let memory = self.config.memory_pairs;
         if pairs >= memory { T::ONE - T::ONE / T::count(memory) } else { T::ONE }
@@ -84,8 +84,8 @@ impl<'a, T: Scalar> Context<'a, T> {
         self.allows_times(T::ONE, found)
     }
 
-    /// Whether extrinsics may be in use. A baseline that is kept moves them away from the estimate, which is within the
-    /// correction limit.
+    /// Whether extrinsics may be in use. The limit is wider than that of an estimate: keeping the baseline in use moves the
+    /// applied extrinsics away from the estimate.
     pub(crate) fn allows_in_use(&self, found: &Extrinsics<T>) -> bool {
         self.allows_times(T::lit(MAX_IN_USE), found)
     }
@@ -97,7 +97,7 @@ impl<'a, T: Scalar> Context<'a, T> {
             && rotation_angle(found.rotation(), self.factory.rotation()) <= limit
     }
 
-    /// Whether an estimate may be at a pose.
+    /// Checks that a pose can be rectified and is within the correction limit.
     ///
     /// # Errors
     /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].

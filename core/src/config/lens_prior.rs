@@ -16,20 +16,20 @@ pub struct LensPrior {
     pub k1: f32,
     /// Tangential coefficient `p1`, of the right camera less that of the left one.
     pub p1: f32,
-    /// Tangential coefficient `p2` of the right camera: it turns the baseline. Its apparent yaw is in
-    /// [`super::Config::with_lens_yaw_sd_rad`].
+    /// Tangential coefficient `p2` of the right camera, as far as it turns the baseline.
+    /// [`super::Config::with_lens_yaw_sd_rad`] has the apparent yaw that it causes.
     pub p2: f32,
 }
 
 impl LensPrior {
-    /// What is left of a calibration after a year: two calibrations of one camera differ by as much.
+    /// Errors of a calibration that is a year old: two calibrations of one camera differ by as much.
     pub const WIDE: Self =
         Self { focal: 0.003, principal_px: 1.0, k1: 0.005, p1: 0.001, p2: 0.000_25 };
 
     /// Exact lens models.
     pub const NONE: Self = Self { focal: 0.0, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
 
-    /// Those of the lens parameters, in the order of the lens terms.
+    /// Standard deviations of the lens parameters, in the order of the lens terms.
     ///
     /// * `focal`: mean focal length of the cameras, px.
     pub(super) fn of_terms<T: Scalar>(&self, focal: T) -> [T; LENS_PARAMETERS] {

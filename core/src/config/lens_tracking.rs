@@ -1,6 +1,6 @@
-//! What is done about errors of the given lens models.
+//! Whether errors of the given lens models are compensated.
 
-/// What is done about errors of the given lens models.
+/// Whether errors of the given lens models are reported only, or compensated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -9,7 +9,7 @@ pub enum LensTracking {
     Report,
     /// Differences of focal length and of `k1` are compensated, where that halves the deviation of `t`: the estimate
     /// begins again with corrected cameras ([`crate::Fused::LensCorrected`]), and extrinsics belong to these
-    /// ([`crate::Calibration`]). For callers who rectify with the cameras that they are handed.
+    /// ([`crate::Calibration`]). For callers who rectify with [`crate::Calibration::cameras`].
     Compensate,
 }
 

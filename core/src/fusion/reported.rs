@@ -13,7 +13,8 @@ use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
-use crate::outcome::proposal::{Doubt, Proposal};
+use crate::outcome::proposal::Proposal;
+use crate::outcome::reasons::{Reason, Reasons};
 use crate::scalar::Scalar;
 use crate::thresholds::{
     CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
@@ -54,7 +55,6 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
         in_use: &CorrectedExtrinsics<T>,
     ) -> Option<Proposal<T>> {
-        let doubt = doubt(hypothesis);
         let OfMount { estimate, turn, lens_yaw } = of_mount;
         let WithLens { pose, covariance: wide, correction, found } = estimate;
         let [sd, sd_lens] = [covariance, wide].map(StandardDeviations::of);
@@ -67,7 +67,8 @@ impl<T: Scalar> Fusion<T> {
         let left = sd_lens.translation * sd_lens.translation * context.prior;
         let gains =
             left <= certain || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide);
-        let doubted = doubt == Some(Doubt::Baseline) && found.is_none();
+        let doubts = doubts(hypothesis, found.is_none());
+        let doubted = doubts.contains(Reason::ImageHalves) && found.is_none();
         let applicable = if doubted || !gains {
             let known = !doubted && sd.translation * sd.translation * context.prior <= observed;
             self.with_baseline_of(hypothesis, in_use, known.then_some(&best), *turn, context)
@@ -89,7 +90,7 @@ impl<T: Scalar> Fusion<T> {
             baseline_observed: left <= observed,
             improves: self.improves(hypothesis, &best, covariance, in_use),
             state: self.state(),
-            doubt,
+            doubts,
             vibration: context.vibration.into(),
         })
     }
@@ -242,17 +243,16 @@ fn turned<T: Scalar>(rows: &RectifyingRotations<T>, turn: T) -> Option<Extrinsic
     rows.stepped(&(Vector3::y() * turn), &Vector2::zeros())?.extrinsics().ok()
 }
 
-/// Doubt about a hypothesis from a second crowd and from the image halves.
-fn doubt<T: Scalar>(hypothesis: &Hypothesis<T>) -> Option<Doubt> {
-    let [baseline, everything] = MAX_DISAGREEMENT.map(T::lit);
+/// Doubts of a hypothesis by a second crowd of matches and by the image halves.
+///
+/// * `exact`: whether the lens models are taken as exact. Otherwise halves that disagree widen the deviations only.
+fn doubts<T: Scalar>(hypothesis: &Hypothesis<T>, exact: bool) -> Reasons {
+    let [named, biased] = MAX_DISAGREEMENT.map(T::lit);
     let disagreement = hypothesis.disagreement();
-    if hypothesis.second_crowd() > T::lit(MAX_SECOND_CROWD) {
-        Some(Doubt::SecondMode)
-    } else if disagreement > everything {
-        Some(Doubt::Everything)
-    } else {
-        (disagreement > baseline).then_some(Doubt::Baseline)
-    }
+    Reasons::NONE
+        .with(Reason::SecondMode, hypothesis.second_crowd() > T::lit(MAX_SECOND_CROWD))
+        .with(Reason::ImageHalves, disagreement > named)
+        .with(Reason::Biased, exact && disagreement > biased)
 }
 
 /// Whether the baseline in use is off by more than chance: its squared distance over the covariance of the estimate.

@@ -28,7 +28,8 @@ pub struct Intrinsics<T> {
 /// # Examples
 ///
 /// ```
-/// use stereo_selfcal::{Camera, Intrinsics, Lens, RadialTangential};
+/// use stereo_selfcal::{Camera, Intrinsics, Lens};
+/// use stereo_selfcal::geometry::RadialTangential;
 /// let intrinsics = Intrinsics { focal: [534.0, 531.0], principal: [342.0, 234.5], size: [640, 480] };
 /// // k1, k2, p1, p2, k3, as cv::calibrateCamera returns them.
 /// let lens = RadialTangential::try_new([-0.283, 0.0429, 1.1e-3, -9.5e-5, 0.0])?;

@@ -9,7 +9,7 @@ use crate::error::ExtrinsicsError;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_LATERAL;
 
-/// Rounding of a rotation or a unit vector that this crate has written, in units of the last place.
+/// Rounding of a rotation or a unit vector, in units of the last place.
 const ROUNDING: f64 = 16.0;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. For a plain side-by-side rig `t = (-1, 0, 0)`.
@@ -76,12 +76,20 @@ impl<T: Scalar> Extrinsics<T> {
         }
     }
 
-    /// As [`Extrinsics::try_new`], from `R` row by row, as files and wire formats carry it.
+    /// As [`Extrinsics::try_new`], from `R` row by row, as files and wire formats carry it. A rotation and a unit vector to
+    /// rounding are kept bit for bit, so that extrinsics survive being written and read.
     ///
     /// # Errors
     /// [`ExtrinsicsError`].
     pub fn from_row_major(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
-        Self::try_new(&row_major(r), &t.into())
+        let (r, t) = (row_major(r), Vector3::from(t));
+        let nearest = Self::try_new(&r, &t)?;
+        let off = (nearest.rotation.matrix() - r)
+            .amax()
+            .max((nearest.translation.into_inner() - t).amax());
+        let rotation = Rotation3::from_matrix_unchecked(r);
+        let given = Self { rotation, translation: Unit::new_unchecked(t) };
+        Ok(if off <= T::EPSILON * T::lit(ROUNDING) { given } else { nearest })
     }
 
     /// `R`, left to right camera frame: `p_r = R p_l + t`.
@@ -92,18 +100,6 @@ impl<T: Scalar> Extrinsics<T> {
     /// Unit `t`, right camera frame.
     pub fn translation(&self) -> &Unit<Vector3<T>> {
         &self.translation
-    }
-
-    /// Extrinsics that this crate has written: bit for bit, if they are still extrinsics.
-    pub(crate) fn exact(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
-        let nearest = Self::from_row_major(r, t)?;
-        let (r, t) = (row_major(r), Vector3::from(t));
-        let off = (nearest.rotation.matrix() - r)
-            .amax()
-            .max((nearest.translation.into_inner() - t).amax());
-        let rotation = Rotation3::from_matrix_unchecked(r);
-        let given = Self { rotation, translation: Unit::new_unchecked(t) };
-        Ok(if off <= T::EPSILON * T::lit(ROUNDING) { given } else { nearest })
     }
 
     /// `R` row by row, the order of files and wire formats.
@@ -150,7 +146,7 @@ impl<T: Scalar> TryFrom<Plain<T>> for Extrinsics<T> {
     type Error = ExtrinsicsError;
 
     fn try_from(plain: Plain<T>) -> Result<Self, ExtrinsicsError> {
-        Self::exact(plain.rotation, plain.translation)
+        Self::from_row_major(plain.rotation, plain.translation)
     }
 }
 

@@ -20,9 +20,8 @@ const BORDER_SAMPLES: u16 = 16;
 /// # Examples
 ///
 /// ```
-/// use stereo_selfcal::{
-///     Camera, Cameras, Extrinsics, Intrinsics, Lens, RectifiedCamera, RectifyingRotations,
-/// };
+/// use stereo_selfcal::{Camera, Cameras, Extrinsics, Intrinsics, Lens};
+/// use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 /// let intrinsics = Intrinsics { focal: [1400.0; 2], principal: [959.5, 599.5], size: [1920, 1200] };
 /// let camera = Camera::try_new(intrinsics, Lens::Pinhole)?;
 /// let cameras = Cameras { left: camera, right: camera };

@@ -1,4 +1,5 @@
-//! Geometry of the rig: cameras, lens models, rotations, extrinsics, rectification.
+//! Geometry of the rig beyond [`Camera`](crate::Camera) and [`Extrinsics`](crate::Extrinsics): lens models, rectification,
+//! rotations, and the errors of all of them.
 //!
 //! Frames: x right, y down, z forward. Rays at unit depth, dimensionless; pixels in px, angles in rad.
 
@@ -12,3 +13,12 @@ pub mod metrics;
 pub(crate) mod rational;
 pub(crate) mod rectification;
 pub mod so3;
+
+pub use crate::error::{
+    CameraError, ExtrinsicsError, ProjectError, RectifyError, Side, UndistortError,
+};
+pub use homography::RectifiedCamera;
+pub use lens::{Fisheye, RadialTangential};
+pub use lens_correction::LensCorrection;
+pub use rational::Rational;
+pub use rectification::RectifyingRotations;

@@ -71,7 +71,7 @@ pub enum HeaderError {
 
 codes! {
     HeaderError {
-        Magic = 1110, Crc = 1111, Version = 1112, Flags = 1113, FractionBits = 1114, PyramidRatio = 1115,
+        Magic = 1110, Crc = 1111, Version = 1112, Flags = 1113, FractionBits = 1113, PyramidRatio = 1113,
     }
 }
 

@@ -5,6 +5,7 @@ use thiserror::Error;
 use super::header::{FrameHeader, Scales};
 use super::layout::{MAX_LEVEL, RECORD_BYTES, record_words};
 use crate::batch::correspondence::Correspondence;
+use crate::error::SCORE;
 use crate::scalar::Scalar;
 
 /// Largest encoded coordinate: 24 bits, exact in `f32`.
@@ -58,7 +59,7 @@ pub enum RecordError {
 }
 
 codes! {
-    EncodeError { Coordinate = 1120, Score = 1121, GridStep = 1122, Full = 1123, Missing = 1124 }
+    EncodeError { Coordinate = 1120, Score = SCORE, GridStep = 1122, Full = 1123, Missing = 1124 }
     RecordError { Level = 1130, Reserved = 1131 }
 }
 

@@ -5,6 +5,7 @@ use thiserror::Error;
 use super::header::FrameHeader;
 use crate::batch::correspondence::Correspondence;
 use crate::calibrator::Calibrator;
+use crate::error::BUSY;
 use crate::scalar::Scalar;
 
 /// Receiver of the matches of one frame at a time: a [`Calibrator`], or a buffer of the caller.
@@ -43,7 +44,7 @@ pub enum FrameRefusal {
     ImageSize([u16; 2]),
 }
 
-codes! { FrameRefusal { Busy = 1100, ImageSize = 1102 } }
+codes! { FrameRefusal { Busy = BUSY, ImageSize = 1102 } }
 
 /// A whole frame in the sink.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! The likeliest mistake in a rig file or a matcher, by what pairs and matches show.
+//! The likeliest mistake in rig file or matcher, judged by pairs and matches.
 
 use crate::error::Rejection;
 use crate::scalar::Scalar;
@@ -51,7 +51,7 @@ texts! {
     }
 }
 
-/// What the pairs since the estimate was last locked have shown.
+/// Counts of the mistakes that pairs have shown since the estimate was last locked.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Causes {
     /// Pairs that showed each cause, in the order of the codes.
@@ -72,9 +72,9 @@ impl Causes {
         }
     }
 
-    /// The cause that most pairs show, from the fourth pair on. A pair without agreement may be of any cause: another one
-    /// wins already by a share of the pairs, [`CAUSE_SHARE`]. A turn by a quarter wins before others: points that fit
-    /// without it are behind the cameras.
+    /// The cause that most pairs show, from the fourth pair on. A pair without agreement fits any cause, so another cause wins
+    /// with the share [`CAUSE_SHARE`] of the pairs. A quarter turn wins over the others: some of its pairs fit with the
+    /// points behind the cameras.
     pub(crate) fn likeliest(&self) -> Option<Cause> {
         let pairs: u32 = self.pairs.iter().map(|count| u32::from(*count)).sum();
         let enough = |(_, count): &(Cause, u8)| u32::from(*count) * CAUSE_SHARE > pairs;
@@ -86,8 +86,8 @@ impl Causes {
     }
 }
 
-/// Whether matches that are all moved alike have ever shown depth: over the fused pairs, disparities scatter more than rows
-/// do. A scene far away shows it before it shows a baseline direction; the same image on both sides never does.
+/// Whether matches that are all moved alike have shown depth: over the fused pairs, disparities scatter more than rows. A
+/// far scene shows this before it shows a baseline direction; the same image on both sides never does.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Relief<T> {
     /// Sum of the differences of both scatters, px^2, and its variance by noise alone.
@@ -121,7 +121,7 @@ impl Cause {
         Self::Mismatches,
     ];
 
-    /// What a pair that could not be solved shows; `None` where it is no fault of the matches.
+    /// The mistake that a pair shows which could not be solved; `None` if the matches are not at fault.
     ///
     /// * `transposed`: whether all matches are in the square that u and v have in common; `alike`: whether most are moved
     ///   alike between both images.

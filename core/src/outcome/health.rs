@@ -1,23 +1,20 @@
-//! Fit of two calibrations to a batch, reliability of the estimate, and the depth error that follows.
+//! Comparison of the calibration in use with the estimate over the last pair, the arming check, and the depth error.
 
 use core::fmt;
 
 use nalgebra::{Vector2, Vector3};
 use thiserror::Error;
 
-use crate::algebra::information::StandardDeviations;
 use crate::batch::Batch;
 use crate::batch::grid::CellSet;
 use crate::batch::row_offset::row_offset;
-use crate::error::Rejection;
+use crate::error::{NO_ESTIMATE, NO_MATCH, Rejection};
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
-use crate::outcome::lens_estimate::{Finding, LensEstimate};
-use crate::outcome::proposal::{Direction, Doubt, Proposal};
-use crate::outcome::reasons::Reasons;
+use crate::outcome::proposal::Proposal;
+use crate::outcome::reasons::{Reason, Reasons};
 use crate::outcome::robust_rms::SquaresBySize;
-use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{BAD_PX, FIRST_ROW_LEVEL, IMPROVEMENT};
@@ -36,7 +33,7 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 /// # Examples
 ///
 /// ```
-/// use stereo_selfcal::{Arming, Band, Calibrator};
+/// use stereo_selfcal::{Band, Calibrator};
 ///
 /// fn check<const N: usize>(calibrator: &Calibrator<f32, N>, baseline_m: f32) -> bool {
 ///     let Ok(health) = calibrator.health() else {
@@ -49,7 +46,7 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 ///         // Expected error of depth at 10 m, m.
 ///         # let _ = at_10_m;
 ///     }
-///     health.arming == Arming::Yes
+///     health.reasons.may_arm()
 /// }
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,62 +54,42 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Health<T: Scalar> {
-    /// RMS row offset of the extrinsics in use, px; 0 is perfect. Row offsets far beyond the median are clipped: a
-    /// mismatch near its row may have any other one under other extrinsics.
+    /// RMS row offset of the extrinsics in use, px; 0 is perfect. Row offsets far beyond the median are clipped, because a
+    /// mismatch that lies near its row under one calibration may lie anywhere under the other.
     pub in_use_px: T,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: T,
-    /// RMS difference between the row offsets in use and proposed, px: what the extrinsics in use are off by. Noise and
-    /// vibration are not in it.
+    /// RMS difference between the row offsets in use and proposed, px: the error of the extrinsics in use, without noise and
+    /// vibration.
     pub off_px: T,
     /// Matches within the screening threshold under the extrinsics in use.
     pub fit_in_use: u32,
-    /// Matches within it under the proposed extrinsics: those that both RMS are over.
+    /// Matches within the screening threshold under the proposed extrinsics. Both RMS are over these.
     pub fit_proposed: u32,
-    /// Share of the cells of an 8 x 6 grid over the left image that have a match that fits the
-    /// estimate, 0 to 1: elsewhere the fit is not tested.
+    /// Share of the cells of an 8 x 6 grid over the left image that have a match that fits the estimate, 0 to 1. The other
+    /// cells do not test the fit.
     pub coverage: T,
-    /// Verdict on the two RMS.
+    /// Rating of the two RMS.
     pub band: Band,
     /// Whether the estimate is confirmed.
     pub state: State,
-    /// Evidence against the estimate.
-    pub doubt: Option<Doubt>,
-    /// Whether pairs have determined the baseline direction, as [`Proposal::baseline_observed`].
-    pub baseline_observed: bool,
-    /// Expected size of the error of the estimate, with the lens as given: of its rows.
-    pub sd: StandardDeviations<T>,
-    /// The same with the lens models uncertain.
-    pub sd_lens: StandardDeviations<T>,
-    /// Errors of the lens models that the pairs show.
-    pub lens: Option<LensEstimate<T>>,
-    /// Apparent yaw of the lenses, as [`Proposal::lens_yaw`]. Its rows, `a x y`, are in neither RMS: no extrinsics that are
-    /// right for depth are without them.
-    pub lens_yaw: Finding<T>,
-    /// Those rows in the corner of the image that is furthest from the principal point, px: a matcher that searches along
-    /// rows meets them, unless its rectification takes them out.
+    /// Row offset, px, that the apparent yaw of the lenses ([`Proposal::lens_yaw`]) leaves in the corner of the image that is
+    /// furthest from the principal point. Neither RMS contains these rows, `a x y`: extrinsics that are right for depth
+    /// leave them. A matcher that searches along rows meets them, unless its rectification removes them.
     pub corner_px: T,
-    /// Correction of the cameras that the estimate belongs to, as [`Proposal::correction`].
-    pub correction: LensCorrection<T>,
-    /// Its least certain direction and the standard deviation, rad; `None` in the paper preset.
-    pub weakest: Option<(Direction, T)>,
-    /// Expected error of the yaw in use, rad: how far it is from the estimate, and the estimate's own.
+    /// Expected error of the yaw in use, rad: its distance from the estimate, and the deviation of the estimate.
     pub yaw: T,
-    /// Motion of the rig about the estimate from pair to pair, as [`Proposal::vibration`]. It is in both RMS, and a
-    /// matcher meets it; the arming check leaves it out.
-    pub vibration: Vibration<T>,
     /// Why the last pair was not fused; `None` if it was.
     pub rejection: Option<Rejection>,
-    /// Yes or no to an arming check.
-    pub arming: Arming,
-    /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show: then they say nothing
-    /// of the calibration in use.
+    /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. With one, the numbers
+    /// above say nothing of the calibration in use.
     pub cause: Option<Cause>,
-    /// What speaks against the calibration, arming or not.
+    /// Reasons not to rely on the calibration in use; [`Reasons::may_arm`] answers an arming check. Vibration
+    /// ([`Proposal::vibration`]) is in both RMS, and the arming check leaves it out.
     pub reasons: Reasons,
 }
 
-/// What became of the last pair, and what it shows.
+/// Outcome of the last pair, and the mistakes that it shows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LastPair {
     /// Why it was not fused; `None` if it was.
@@ -125,8 +102,8 @@ pub(crate) struct LastPair {
     pub(crate) likeliest: Option<Cause>,
 }
 
-/// Why there is no health, with the likeliest mistake in rig file or matcher that pairs have shown: from the fourth pair
-/// on that shows one since the estimate was last locked.
+/// Why there is no health, with the likeliest mistake in rig file or matcher. A mistake is named once four pairs have shown
+/// one since the estimate was last locked.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -140,7 +117,7 @@ pub enum NoHealth {
 }
 
 impl NoHealth {
-    /// The likeliest mistake; `None` as long as too little is known.
+    /// The likeliest mistake; `None` until four pairs have shown one.
     #[must_use]
     pub const fn cause(&self) -> Option<Cause> {
         match self {
@@ -149,87 +126,48 @@ impl NoHealth {
     }
 }
 
-/// Verdict on the extrinsics in use: whether the estimate improves them clearly, by a tenth of the RMS row offset over
-/// all pairs and by more than chance, and the RMS row offset in use. Noise of the matcher is no error of a calibration.
+/// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs by a tenth
+/// and by more than chance: noise of the matcher is no error of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Band {
-    /// The estimate fits the matches no better. Rows that differ by 1 px or more are then due to poor matches or lens models.
+    /// The estimate is not clearly better. Row offsets of 1 px or more are then due to poor matches or lens models.
     Good,
-    /// Below 1 px, but the estimate fits clearly better.
+    /// Below 1 px; the estimate is clearly better.
     Improvable,
-    /// 1 px or more, and the estimate fits clearly better: a matcher that searches along rows will miss.
+    /// 1 px or more, and the estimate is clearly better: a matcher that searches along rows will miss.
     Recalibrate,
-    /// The matches do not tell: [`Health::cause`].
+    /// The matches do not tell, because of the mistake in [`Health::cause`].
     Unknown,
 }
 
-/// Yes or no to an arming check, and the reason.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub enum Arming {
-    /// The extrinsics in use are those of a confirmed estimate, or as good.
-    Yes,
-    /// The estimate is not confirmed, or the last pairs disagree with it.
-    NotLocked,
-    /// The evidence against the estimate is too strong to trust it: [`Doubt::SecondMode`]; without a lens prior also
-    /// [`Doubt::Everything`].
-    Doubtful,
-    /// The extrinsics in use are off from the estimate: rows differ by 1 px RMS or more.
-    Misaligned,
-    /// The matches do not support the calibration: [`Health::cause`].
-    Unfit,
-}
-
 codes! {
+    NoHealth { NoEstimate = NO_ESTIMATE, NoMatch = NO_MATCH }
     Band { Good = 0, Improvable = 1, Recalibrate = 2, Unknown = 255 }
-    Arming { Yes = 0, NotLocked = 1, Doubtful = 2, Misaligned = 3, Unfit = 4 }
 }
 texts! {
     Band {
         Good = "good", Improvable = "improvable", Recalibrate = "recalibrate", Unknown = "unknown",
     }
-    Arming {
-        Yes = "yes", NotLocked = "no, not locked", Doubtful = "no, doubtful",
-        Misaligned = "no, misaligned", Unfit = "no, matches do not support it",
-    }
 }
 
 impl<T: Scalar> fmt::Display for Health<T> {
-    /// One line: `locked, improvable, arming yes: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94,
-    /// ...`.
+    /// One line: `locked, improvable, may arm: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94, ...`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { state, band, arming, in_use_px, proposed_px, .. } = self;
-        let Self { fit_in_use, fit_proposed, coverage, sd_lens: sd, .. } = self;
-        write!(
-            f,
-            "{state}, {band}, arming {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px "
-        )?;
-        write!(f, "proposed, {fit_in_use} and {fit_proposed} fit, coverage {coverage:.2}, {sd}")?;
-        if let Some((direction, sd)) = self.weakest {
-            write!(f, ", weakest {direction} {sd:.5} rad")?;
-        }
-        if !self.reasons.is_empty() {
-            write!(f, ", against it: {}", self.reasons)?;
+        let Self { state, band, in_use_px, proposed_px, .. } = self;
+        let Self { fit_in_use, fit_proposed, coverage, reasons, .. } = self;
+        let arming = if reasons.may_arm() { "may arm" } else { "must not arm" };
+        write!(f, "{state}, {band}, {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px ")?;
+        write!(f, "proposed, {fit_in_use} and {fit_proposed} fit, coverage {coverage:.2}")?;
+        if !reasons.is_empty() {
+            write!(f, ", against it: {reasons}")?;
         }
         if let Some(cause) = self.cause {
             write!(f, ", likely cause: {cause}")?;
         }
-        if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
-            write!(f, ", lens: {lens}")?;
-        }
         if self.corner_px >= T::lit(NAMED_ROWS_PX) {
-            let Finding { value, sd } = self.lens_yaw;
-            let corner = self.corner_px;
-            write!(
-                f,
-                ", lens: rows off by a x y, a {value:.4} +- {sd:.4}, {corner:.1} px at the corners"
-            )?;
-        }
-        if !self.vibration.is_none() {
-            write!(f, ", {}", self.vibration)?;
+            write!(f, ", lens: rows off by {:.1} px at the corners", self.corner_px)?;
         }
         self.rejection.map_or(Ok(()), |why| write!(f, ", last pair {why}"))
     }
@@ -241,7 +179,7 @@ impl<T: Scalar> Health<T> {
     ///
     /// * `baseline_m`: length of the baseline, m; above 0.
     ///
-    /// The matcher's noise and the error of the baseline's length come on top. `None` unless locked.
+    /// The noise of the matcher and the error of the baseline's length are not included. `None` unless locked.
     #[must_use]
     pub fn depth_errors(&self, baseline_m: T) -> Option<[T; 4]> {
         let of = |z: f64| T::lit(z * z) * self.yaw / baseline_m;
@@ -253,7 +191,7 @@ impl<T: Scalar> Health<T> {
     /// * `rays`: correction of the cameras that the rays of the batch are of.
     /// * `corner`: largest `x y` in the image, at unit depth.
     /// * `screen_px`: a match fits if its row offset is no larger, px.
-    // Out of line: its stack is not that of the proposal, which is estimated before.
+    // Out of line: its stack is separate from that of the proposal.
     #[inline(never)]
     pub(crate) fn over<const N: usize>(
         batch: &Batch<T, N>,
@@ -268,7 +206,7 @@ impl<T: Scalar> Health<T> {
             .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
         let in_use = RectifyingRotations::from(&in_use.extrinsics);
         let proposed = RectifyingRotations::from(&proposal.extrinsics);
-        // Rows that the lens leaves are no fault of either.
+        // Rows that the apparent yaw of the lens leaves count against neither calibration.
         let of_rows = [with_lens(&in_use, proposal)?, with_lens(&proposed, proposal)?];
         let fit = Fit::of(batch, &of_rows, &changes, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
@@ -287,26 +225,20 @@ impl<T: Scalar> Health<T> {
             coverage: fit.seen.share(),
             band: if last.cause.is_some() { Band::Unknown } else { Band::of(in_use_px, improves) },
             state: proposal.state,
-            doubt: proposal.doubt,
-            baseline_observed: proposal.baseline_observed,
-            sd: proposal.sd,
-            sd_lens: proposal.sd_lens,
-            lens: proposal.lens,
-            lens_yaw: proposal.lens_yaw,
             corner_px: proposal.lens_yaw.value.abs() * focal * corner,
-            correction: proposal.correction,
-            weakest: proposal.weakest(),
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
-            vibration: proposal.vibration,
             rejection: last.rejection,
-            arming: Arming::of(proposal, off_px, last),
             cause: last.likeliest.or(last.cause),
-            reasons: Reasons::of(proposal, misaligned, last),
+            reasons: proposal
+                .reasons()
+                .with(Reason::Misaligned, misaligned)
+                .with(Reason::Repeated, last.repeated)
+                .with(Reason::Unfit, last.cause.is_some()),
         })
     }
 }
 
-/// Rotations whose rows are those of the mount and of the apparent yaw of the lens.
+/// Rotations of the mount, turned by the apparent yaw of the lens, so that their rows are those of the images.
 fn with_lens<T: Scalar>(
     mount: &RectifyingRotations<T>,
     proposal: &Proposal<T>,
@@ -322,7 +254,8 @@ fn with_lens<T: Scalar>(
 struct Fit<T> {
     /// Matches within the screening threshold.
     matches: [u32; 2],
-    /// RMS row offsets over those that fit the proposed one, and of their difference, at unit focal length.
+    /// RMS row offsets in use, proposed, and of their difference, over the matches that fit the proposed one; at unit focal
+    /// length.
     rms: [T; 3],
     /// Cells of the image that have one of them.
     seen: CellSet,
@@ -331,7 +264,7 @@ struct Fit<T> {
 impl<T: Scalar> Fit<T> {
     /// `None` if no match fits the proposed calibration.
     ///
-    /// * `changes`: of the right rays of the batch, to those of each calibration's cameras.
+    /// * `changes`: from the right rays of the batch to the rays of each calibration's right camera.
     /// * `screen`: a match fits if its row offset is no larger, at unit focal length.
     fn of<const N: usize>(
         batch: &Batch<T, N>,
@@ -368,23 +301,6 @@ impl Band {
             (false, _) => Self::Good,
             (true, false) => Self::Improvable,
             (true, true) => Self::Recalibrate,
-        }
-    }
-}
-
-impl Arming {
-    /// * `off_px`: RMS difference between the row offsets in use and proposed.
-    fn of<T: Scalar>(proposal: &Proposal<T>, off_px: T, last: LastPair) -> Self {
-        if proposal.state != State::Locked {
-            Self::NotLocked
-        } else if proposal.is_doubtful() {
-            Self::Doubtful
-        } else if last.cause.is_some() {
-            Self::Unfit
-        } else if off_px >= T::lit(BAD_PX) {
-            Self::Misaligned
-        } else {
-            Self::Yes
         }
     }
 }

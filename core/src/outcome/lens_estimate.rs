@@ -1,4 +1,4 @@
-//! What the pairs show of the lens models.
+//! Errors of the lens models, as far as pairs show them.
 
 use core::fmt;
 
@@ -13,8 +13,8 @@ use crate::thresholds::{BAD_PX, GROSS_LENS, LENS_FOUND};
 pub struct Finding<T> {
     /// Estimate of the true value less the given one.
     pub value: T,
-    /// Standard deviation; at first that of the prior. A sixth of the value is part of it: the weights of the matches
-    /// are those of the given lens, and hide as much.
+    /// Standard deviation; at first that of the prior. It contains a sixth of the value: the weights of the matches assume the
+    /// given lens, and hide up to that much.
     pub sd: T,
 }
 
@@ -50,8 +50,8 @@ impl<T: Scalar> LensEstimate<T> {
         [focal, k1, k1_mean, p1, principal_x_px].into_iter().any(Finding::is_significant)
     }
 
-    /// Whether a parameter that nothing compensates is off by more than any calibration leaves; where rows are poor, by
-    /// more than the prior: then noise does not explain them.
+    /// Whether a parameter that is not compensated is off by more than a calibration leaves. Where rows are poor, off by more
+    /// than the prior is enough.
     ///
     /// * `rows_px`: RMS row offset of a pair about its own optimum.
     pub(crate) fn is_gross(&self, prior: &LensPrior, rows_px: T) -> bool {
@@ -64,7 +64,7 @@ impl<T: Scalar> LensEstimate<T> {
 }
 
 impl<T: Scalar> fmt::Display for LensEstimate<T> {
-    /// What exceeds three standard deviations: `focal lengths differ by 0.20 % +- 0.02 %, ...`; `as given` if nothing.
+    /// The parameters that exceed three standard deviations: `focal lengths differ by 0.20 % +- 0.02 %, ...`; `as given` if nothing.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { focal, k1, k1_mean, p1, principal_x_px } = self;
         let percent = T::lit(100.0);

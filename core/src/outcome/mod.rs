@@ -1,4 +1,4 @@
-//! Results: of one pair, of all pairs, and how far to rely on them.
+//! Parts of the results: of [`PairReport`](crate::PairReport), [`Proposal`](crate::Proposal) and [`Health`](crate::Health).
 
 pub(crate) mod cause;
 pub(crate) mod health;
@@ -8,3 +8,10 @@ pub(crate) mod proposal;
 pub(crate) mod reasons;
 mod robust_rms;
 pub(crate) mod vibration;
+
+pub use crate::algebra::information::{Information, StandardDeviations};
+pub use crate::state::Stop;
+pub use health::DEPTHS_M;
+pub use lens_estimate::{Finding, LensEstimate};
+pub use proposal::Direction;
+pub use vibration::Vibration;

@@ -1,4 +1,4 @@
-//! Report of one pair, and what became of it.
+//! Result of one pair, and its effect on the estimate.
 
 use core::fmt;
 
@@ -16,16 +16,16 @@ use crate::state::Stop;
 pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair.
     pub extrinsics: Extrinsics<T>,
-    /// Information about them, 1/rad^2: inverse covariance of the M-estimate, without the prior.
-    /// Nothing about the baseline where disparities are mostly noise.
+    /// Information about them, 1/rad^2: inverse covariance of the M-estimate, without the prior. 0 about the baseline where
+    /// disparities are mostly noise.
     pub information: Information<T>,
     /// Why the solver stopped.
     pub stop: Stop,
-    /// Passes taken. Paper: without that of the evaluation. Robust: all of them.
+    /// Passes taken. The paper preset does not count that of the evaluation.
     pub passes: u16,
     /// Correspondences in front of both rectified cameras.
     pub usable: u32,
-    /// Correspondences left out because they are not.
+    /// Correspondences that are not in front of both, and left out.
     pub skipped: u32,
     /// Usable correspondences within 3 Huber thresholds of the solution, or within Tukey's limit.
     pub screened: u32,
@@ -37,8 +37,8 @@ pub struct PairReport<T: Scalar> {
     pub rms_px_before: T,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
-    /// Standard deviation of the row offsets, estimated from the residuals, px. Paper: of
-    /// the row offsets, each clipped at the Huber threshold. Robust: of one coordinate, at most 8.
+    /// Noise, standard deviation estimated from the residuals, px. Robust preset: of one coordinate, at most 8. Paper preset: of
+    /// the row offsets, each clipped at the Huber threshold.
     pub noise_px: T,
 }
 
@@ -68,7 +68,7 @@ impl<T: Scalar> fmt::Display for PairReport<T> {
 pub struct Outcome<T: Scalar> {
     /// Result of the pair alone; `None` if it could not be solved.
     pub pair: Option<PairReport<T>>,
-    /// How it became part of the estimate, or why not.
+    /// Effect on the estimate, or why the pair was not fused.
     pub fused: Result<Fused, Rejection>,
 }
 
@@ -82,24 +82,24 @@ impl<T: Scalar> fmt::Display for Outcome<T> {
     }
 }
 
-/// How a pair was fused.
+/// Effect of a pair on the estimate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Fused {
-    /// Part of the estimate.
+    /// The pair is part of the estimate.
     Added,
-    /// It shows the scene of the pair before it and replaces that pair.
+    /// The pair shows the scene of the pair before it, and replaces that pair.
     Repeated,
-    /// Outside the gate of the estimate, and kept apart: part of the challenger.
+    /// The pair disagrees with the estimate, and is part of the challenger.
     KeptApart,
-    /// Part of the estimate; the last pairs have replaced the older ones: the rig drifts.
+    /// The pair is part of the estimate, and the last pairs have replaced the older ones: the rig drifts.
     Renewed,
-    /// The challenger with this pair has become the estimate.
+    /// The challenger, with this pair, has become the estimate.
     TookOver,
-    /// Part of the estimate, which showed other lens models than those of the cameras: it begins again with corrected
-    /// cameras ([`crate::LensTracking::Compensate`]). The batch, which has rays of the old ones, is emptied.
+    /// The pairs show other lens models than the given ones: the estimate begins again with corrected cameras
+    /// ([`crate::LensTracking::Compensate`]). The batch is emptied, because its rays are those of the old cameras.
     LensCorrected,
 }
 

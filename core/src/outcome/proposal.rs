@@ -1,4 +1,4 @@
-//! The estimate over all pairs, and its reliability.
+//! The estimate over all pairs, with its deviations and the reasons against it.
 
 use core::fmt;
 
@@ -11,10 +11,11 @@ use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::cause::Cause;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
+use crate::outcome::reasons::{Reason, Reasons};
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::LENS_FOUND;
+use crate::thresholds::{LENS_FOUND, MAX_CONFIRMED_YAW_RAD};
 
 /// The estimate over all pairs so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,25 +27,25 @@ pub struct Proposal<T: Scalar> {
     pub extrinsics: Extrinsics<T>,
     /// Correction of the cameras that they belong to; none but with [`crate::LensTracking::Compensate`].
     pub correction: LensCorrection<T>,
-    /// What [`crate::Calibrator::apply`] puts into use. `t` is that in use, and `R` the best there is with it, where
-    /// the baseline is not observed, where it is observed and not significantly different, and where `doubt` is
-    /// [`Doubt::Baseline`]. Otherwise the best `R`, `t`.
+    /// The extrinsics that [`crate::Calibrator::apply`] puts into use. `t` is that in use, and `R` the best there is with
+    /// it, where the baseline is not observed, where it is observed and not significantly different, and where image halves
+    /// disagree with exact lens models ([`Reason::ImageHalves`]). Otherwise the best `R`, `t`.
     pub applicable: Extrinsics<T>,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: LensCorrection<T>,
     /// Pairs behind it; those of a repeated scene count once.
     pub pairs: u32,
-    /// Standard deviations of the error. Robust: from the information, widened by the scatter of the pairs
-    /// beyond it and by the disagreement of image halves. Paper: from the scatter of the pairs and the
-    /// disagreement of axis and angle; those of the pair itself while there is only one.
+    /// Standard deviations of the error, with the lens models as given. Robust preset: from the information, widened where the
+    /// pairs scatter more than it says and where image halves disagree. Paper preset: from the scatter of the pairs and the
+    /// disagreement of axis and angle; after one pair, those of that pair.
     pub sd: StandardDeviations<T>,
-    /// Covariance of the five unknowns, rad^2, in the order of [`crate::Information`] and as far as
-    /// [`crate::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.
+    /// Covariance of the five unknowns, rad^2, in the order of [`crate::outcome::Information`] and as far as
+    /// [`crate::geometry::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
-    /// The same with the lens models uncertain ([`crate::Config::with_lens_prior`]): expected error of the extrinsics
-    /// where the lens may be off. Equal to `sd` without a lens prior and in the paper preset.
+    /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). Equal to `sd` without a lens
+    /// prior and in the paper preset.
     pub sd_lens: StandardDeviations<T>,
     /// Covariance with the lens models uncertain, as `covariance`.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -52,35 +53,38 @@ pub struct Proposal<T: Scalar> {
     pub covariance_lens: Option<Matrix5<T>>,
     /// Errors of the lens models that the pairs show; `None` without a lens prior and in the paper preset.
     pub lens: Option<LensEstimate<T>>,
-    /// Apparent yaw `a` of the lenses, rad: with `extrinsics` the right row is below the left one by `a x y`, at unit
-    /// depth. Rows alone cannot tell it from yaw; depth needs `extrinsics` without it.
+    /// Apparent yaw `a` of the lenses, rad: with `extrinsics` the right row is below the left one by `a x y`, at unit depth.
+    /// Rows alone do not tell it from the yaw of the mount. `extrinsics` do not contain it, because depth needs the yaw of
+    /// the mount.
     pub lens_yaw: Finding<T>,
-    /// Whether pairs have determined the baseline direction: its variance is at most an eighth of what it is without
-    /// pairs. Points more than some thousand baselines away do not observe it: their disparities are noise. The paper
-    /// preset fuses no pair that does not: always true.
+    /// Whether pairs have determined the baseline direction: its variance is at most an eighth of that of the prior. Points
+    /// more than some thousand baselines away do not observe it, because their disparities are noise. Always true in the
+    /// paper preset, which fuses only pairs that observe it.
     pub baseline_observed: bool,
-    /// Whether the pairs fit it clearly better than what is in use: their RMS row offset is smaller by a tenth, and the two
-    /// differ by more than chance. `None` where the sums over the pairs do not tell: in the paper preset, and with other
-    /// cameras in use ([`crate::LensTracking::Compensate`]).
+    /// Whether the pairs fit it clearly better than the calibration in use: their RMS row offset is smaller by a tenth, and
+    /// the two differ by more than chance. `None` in the paper preset, and where the calibration in use has other cameras
+    /// ([`crate::LensTracking::Compensate`]): the sums over the pairs do not tell then.
     pub improves: Option<bool>,
-    /// Whether `R` is confirmed; `t` is, where `baseline_observed` says so. The paper preset confirms nothing: locked
+    /// Whether pairs have confirmed `R`; `baseline_observed` says whether they have confirmed `t`. The paper preset is locked
     /// from the first pair on.
     pub state: State,
-    /// Evidence against it.
-    pub doubt: Option<Doubt>,
+    /// Doubts of the matches: those reasons that the other fields do not tell.
+    pub(crate) doubts: Reasons,
     /// Motion of the rig about the estimate from pair to pair; none in the paper preset.
     pub vibration: Vibration<T>,
 }
 
 impl<T: Scalar> Proposal<T> {
-    /// Whether too much speaks against it to apply any of it. With a lens prior a disagreement of image halves widens
-    /// the deviations, and does not block.
-    pub(crate) fn is_doubtful(&self) -> bool {
-        match self.doubt {
-            Some(Doubt::SecondMode) => true,
-            Some(Doubt::Everything) => self.lens.is_none(),
-            _ => false,
-        }
+    /// Reasons not to rely on it. [`crate::Health::reasons`] adds those of the last pair.
+    pub fn reasons(&self) -> Reasons {
+        let lens_is_off =
+            self.lens.is_some_and(|lens| lens.is_significant()) || self.lens_yaw.is_significant();
+        let yaw_is_open = self.lens_yaw.sd > T::lit(MAX_CONFIRMED_YAW_RAD);
+        self.doubts
+            .with(Reason::NotLocked, self.state != State::Locked)
+            .with(Reason::Lens, lens_is_off)
+            .with(Reason::Baseline, !self.baseline_observed)
+            .with(Reason::Yaw, yaw_is_open)
     }
 
     /// Mistake that the estimate shows.
@@ -95,8 +99,8 @@ impl<T: Scalar> Proposal<T> {
         }
     }
 
-    /// Whether no pair has shown depth, and the cameras are turned about their axes by no more than chance: a rig that
-    /// looks at infinity may be so by chance, both sides with the same image always are.
+    /// Whether no pair has observed the baseline, and the roll between the cameras is 0 to within chance. The same image on
+    /// both sides always gives this; a rig that looks at infinity rarely does.
     fn shows_one_image(&self) -> bool {
         let roll = (self.extrinsics.rotation().matrix().m21
             - self.extrinsics.rotation().matrix().m12)
@@ -114,38 +118,22 @@ impl<T: Scalar> Proposal<T> {
 }
 
 impl<T: Scalar> fmt::Display for Proposal<T> {
-    /// One line: state, extrinsics, standard deviations, pairs, doubt.
+    /// One line: state, extrinsics, standard deviations with the lens uncertain, pairs, the least certain direction, and what
+    /// the pairs show of lens, vibration and reasons against it.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { state, extrinsics, sd, pairs, doubt, .. } = self;
+        let Self { state, extrinsics, sd_lens: sd, pairs, .. } = self;
         write!(f, "{state}: {extrinsics}, {sd}, {pairs} pairs")?;
-        doubt.map_or(Ok(()), |doubt| write!(f, ", doubt: {doubt}"))
-    }
-}
-
-/// Evidence against an estimate.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[non_exhaustive]
-pub enum Doubt {
-    /// Image halves disagree by more than 3 of their standard deviations: matches are biased alike somewhere, or the
-    /// lens is wrong. The deviations are widened by it. Without a lens prior the baseline is not applied.
-    Baseline,
-    /// They disagree by more than 5. Without a lens prior nothing is applied.
-    Everything,
-    /// Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
-    Axis,
-    /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Nothing is applied
-    /// until the view has changed.
-    SecondMode,
-}
-
-// 0 is free for none.
-codes! { Doubt { Baseline = 1, Everything = 2, Axis = 3, SecondMode = 4 } }
-texts! {
-    Doubt {
-        Baseline = "baseline: image halves disagree", Everything = "all: image halves disagree",
-        Axis = "axis of the rotation is noise", SecondMode = "all: a second crowd of matches",
+        if let Some((direction, sd)) = self.weakest() {
+            write!(f, ", weakest {direction} {sd:.5} rad")?;
+        }
+        if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
+            write!(f, ", lens: {lens}")?;
+        }
+        if !self.vibration.is_none() {
+            write!(f, ", {}", self.vibration)?;
+        }
+        let reasons = self.reasons();
+        if reasons.is_empty() { Ok(()) } else { write!(f, ", against it: {reasons}") }
     }
 }
 
@@ -177,7 +165,7 @@ texts! {
 }
 
 impl Direction {
-    /// The unknown that has most of a direction.
+    /// The unknown with the largest component of a direction.
     pub(crate) fn of<T: Scalar>(direction: &Vector5<T>) -> Self {
         let names = [Self::Pitch, Self::Yaw, Self::Roll, Self::BaselineForward, Self::BaselineDown];
         let sized = names.into_iter().zip(direction.iter().map(|x| ComplexField::abs(*x)));

@@ -1,39 +1,39 @@
-//! What speaks against relying on a calibration, by name.
+//! Reasons not to rely on a calibration, by name: of the estimate alone, and of the last pair beside it.
 
 use core::fmt;
 
-use crate::outcome::health::LastPair;
-use crate::outcome::proposal::{Doubt, Proposal};
-use crate::scalar::Scalar;
-use crate::state::State;
-use crate::thresholds::MAX_CONFIRMED_YAW_RAD;
-
-/// One thing that speaks against relying on a calibration.
+/// One reason not to rely on a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Reason {
-    /// The estimate is not confirmed, or the last pairs disagree with it.
+    /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
     NotLocked,
-    /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more.
-    Misaligned,
-    /// [`Doubt::SecondMode`]: nearly as many matches agree on another calibration.
+    /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and nothing
+    /// is applied until the view has changed.
     SecondMode,
-    /// [`Doubt::Baseline`], [`Doubt::Everything`]: image halves disagree; the reported deviations contain it.
+    /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact
+    /// ([`crate::Config::without_lens_prior`]): matches are biased alike somewhere. Forbids arming, and nothing is applied.
+    Biased,
+    /// The matches or the estimate show a mistake in rig file or matcher: [`crate::Health::cause`]. Forbids arming.
+    Unfit,
+    /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+    Misaligned,
+    /// Image halves disagree by more than 3 standard deviations; the reported deviations contain it. With exact lens models
+    /// the `t` in use is kept.
     ImageHalves,
-    /// The pairs show an error of the lens models ([`crate::LensEstimate`]); the wide deviations contain it.
+    /// The pairs show an error of the lens models ([`crate::outcome::LensEstimate`]); the deviations with the lens
+    /// uncertain contain it.
     Lens,
-    /// Pairs have not determined the baseline direction: that in use is kept.
+    /// The pairs have not determined the baseline direction: that in use is kept.
     Baseline,
     /// The last pair showed the scene of the one before: it adds no evidence.
     Repeated,
-    /// [`Doubt::Axis`], in the paper preset: the axis of the rotation is noise.
+    /// Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
     Axis,
-    /// The matches do not support the calibration: [`crate::Health::cause`] says why.
-    Unfit,
-    /// No witness has told the yaw of the mount from the apparent yaw of the lens, and rows do not: the deviations of yaw
-    /// and of depth contain both.
+    /// No witness has measured the yaw of the mount, and rows do not tell it from the apparent yaw of the lens: the
+    /// deviations of yaw and of depth contain both.
     Yaw,
 }
 
@@ -41,7 +41,7 @@ pub enum Reason {
 codes! {
     Reason {
         NotLocked = 1, Misaligned = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
-        Repeated = 64, Axis = 128, Unfit = 256, Yaw = 4096,
+        Repeated = 64, Axis = 128, Unfit = 256, Biased = 512, Yaw = 4096,
     }
 }
 texts! {
@@ -50,17 +50,18 @@ texts! {
         SecondMode = "second crowd of matches", ImageHalves = "image halves disagree",
         Lens = "lens models off", Baseline = "baseline not observed", Repeated = "repeated scene",
         Axis = "axis of the rotation is noise", Unfit = "matches do not support it",
-        Yaw = "yaw not confirmed",
+        Biased = "matches biased", Yaw = "yaw not confirmed",
     }
 }
 
 impl Reason {
     /// All, those that forbid arming first.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 11] = [
         Self::NotLocked,
-        Self::Misaligned,
-        Self::Unfit,
         Self::SecondMode,
+        Self::Biased,
+        Self::Unfit,
+        Self::Misaligned,
         Self::ImageHalves,
         Self::Lens,
         Self::Baseline,
@@ -76,31 +77,30 @@ impl Reason {
 pub struct Reasons(u16);
 
 impl Reasons {
-    /// What speaks against a proposal.
-    ///
-    /// * `misaligned`: what is in use differs.
-    pub(crate) fn of<T: Scalar>(proposal: &Proposal<T>, misaligned: bool, last: LastPair) -> Self {
-        let Proposal { state, doubt, lens, lens_yaw, baseline_observed, .. } = proposal;
-        let doubted = doubt.map(|doubt| match doubt {
-            Doubt::SecondMode => Reason::SecondMode,
-            Doubt::Baseline | Doubt::Everything => Reason::ImageHalves,
-            Doubt::Axis => Reason::Axis,
-        });
-        let is_off = lens.is_some_and(|lens| lens.is_significant()) || lens_yaw.is_significant();
-        let named = [
-            (*state != State::Locked, Reason::NotLocked),
-            (misaligned, Reason::Misaligned),
-            (is_off, Reason::Lens),
-            (!baseline_observed, Reason::Baseline),
-            (last.repeated, Reason::Repeated),
-            (last.cause.is_some(), Reason::Unfit),
-            (lens_yaw.sd > T::lit(MAX_CONFIRMED_YAW_RAD), Reason::Yaw),
-        ];
-        let named = named.into_iter().filter_map(|(holds, reason)| holds.then_some(reason));
-        Self(named.chain(doubted).fold(0, |bits, reason| bits | reason.code()))
+    /// No reason.
+    pub const NONE: Self = Self(0);
+
+    /// With a reason, if it holds.
+    #[must_use]
+    pub(crate) const fn with(self, reason: Reason, holds: bool) -> Self {
+        if holds { Self(self.0 | reason.code()) } else { self }
     }
 
-    /// Whether nothing speaks against it.
+    /// Yes or no to an arming check: no reason forbids it.
+    #[must_use]
+    pub const fn may_arm(self) -> bool {
+        let own = self.contains(Reason::NotLocked)
+            || self.contains(Reason::Unfit)
+            || self.contains(Reason::Misaligned);
+        !own && !self.is_doubtful()
+    }
+
+    /// Whether the matches are too doubtful to apply an estimate of them.
+    pub(crate) const fn is_doubtful(self) -> bool {
+        self.contains(Reason::SecondMode) || self.contains(Reason::Biased)
+    }
+
+    /// Whether there is no reason.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
@@ -117,7 +117,7 @@ impl Reasons {
         Reason::ALL.into_iter().filter(move |reason| self.contains(*reason))
     }
 
-    /// Sum of the [`Reason::code`]s, as in the C API.
+    /// Sum of the [`Reason::code`]s.
     #[must_use]
     pub const fn bits(self) -> u16 {
         self.0

@@ -1,4 +1,4 @@
-//! RMS that few mismatches do not decide.
+//! RMS with large values clipped, so that a few mismatches do not decide it.
 
 use crate::scalar::Scalar;
 use crate::thresholds::{CLIPPED_LEVELS, ROW_LEVELS};

@@ -1,4 +1,4 @@
-//! Vibration as it is reported.
+//! Reported vibration.
 
 use core::fmt;
 
@@ -7,8 +7,8 @@ use crate::scalar::Scalar;
 
 /// Motion of the rig from one pair to the next about the same mean, rad RMS; 0 where the pairs show no sign of any.
 ///
-/// The estimate is the mean; the extrinsics of a single pair are off by this much. No calibration follows it: it is
-/// cured by a stiffer mount, dampers, or better synchronised cameras.
+/// The estimate is the mean; the extrinsics of a single pair are off by this much. No calibration follows it. Remedies: a
+/// stiffer mount, dampers, or better synchronised cameras.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -15,7 +15,7 @@ pub(super) fn admit<T: Scalar>(
 ) -> Result<(), Rejection> {
     let (sd, _) = report.information.weakest().ok_or(Rejection::TooUncertain)?;
     // The negated form refuses NaN.
-    if !(sd <= T::single(context.config.max_sd_rad)) {
+    if !(sd <= T::single(context.config.paper.max_sd_rad)) {
         return Err(Rejection::TooUncertain);
     }
     if context.allows(&report.extrinsics) { Ok(()) } else { Err(Rejection::CorrectionLimit) }

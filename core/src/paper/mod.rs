@@ -1,8 +1,8 @@
 //! The published method (eqs 9 to 22), complete, beside `pair` and `fusion`: a reference and a baseline.
 //!
-//! - [`residual`], [`loss`]: row offset, derivatives, Huber weight. [`solver`], [`evaluation`]: one pair, from the
-//!   factory extrinsics. [`gate`], [`mean_direction`]: many pairs; [`compensated`], [`median`]: their sums and central
-//!   angle.
+//! - `residual`, `loss`: row offset, derivatives, Huber weight. `solver`, `evaluation`: one pair, from the factory
+//!   extrinsics.
+//! - `gate`, `mean_direction`: many pairs. `compensated`, `median`: their sums and central angle.
 //!
 //! Derivation and errata: `ESTIMATOR.md`, section 18.
 
@@ -13,20 +13,23 @@ mod loss;
 pub(crate) mod mean_direction;
 mod median;
 pub(crate) mod residual;
+mod settings;
 pub(crate) mod solver;
 
 use crate::batch::correspondence::RayPair;
-use crate::config::{Central, Context};
+use crate::config::Context;
 use crate::error::Rejection;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::Finding;
 use crate::outcome::pair_report::{Fused, PairReport};
-use crate::outcome::proposal::{Doubt, Proposal};
+use crate::outcome::proposal::Proposal;
+use crate::outcome::reasons::{Reason, Reasons};
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use mean_direction::MeanDirection;
-use solver::HuberSolver;
+pub use mean_direction::{FusedEstimate, MeanDirection};
+pub use settings::{Central, Settings};
+pub use solver::HuberSolver;
 
 /// State of the published method.
 #[derive(Debug, Clone)]
@@ -143,7 +146,7 @@ impl<T: Scalar> Paper<T> {
             baseline_observed: true,
             improves: None,
             state: self.state(),
-            doubt: (!estimate.axis_is_meaningful).then_some(Doubt::Axis),
+            doubts: Reasons::NONE.with(Reason::Axis, !estimate.axis_is_meaningful),
         })
     }
 }

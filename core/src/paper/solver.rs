@@ -94,7 +94,7 @@ impl<T: Scalar> HuberSolver<T> {
         Ok(Self {
             focal,
             loss,
-            tolerance: T::single(config.step_tolerance_rad)
+            tolerance: T::single(config.paper.step_tolerance_rad)
                 .max(T::lit(TOLERANCE_ULPS) * T::EPSILON),
             noise_floor: T::single(config.noise_floor_px) / focal,
             max_passes: config.max_passes,

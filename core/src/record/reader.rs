@@ -91,7 +91,7 @@ impl<'a> Reader<'a> {
     /// Reads `R` row by row, then `t`.
     pub(super) fn extrinsics<T: Scalar>(&mut self) -> Result<Extrinsics<T>, RestoreError> {
         let (r, t) = (self.numbers(2.0)?, self.numbers(2.0)?);
-        Extrinsics::exact(r, t).map_err(|_| RestoreError::Absurd)
+        Extrinsics::from_row_major(r, t).map_err(|_| RestoreError::Absurd)
     }
 
     pub(super) fn vector<T: Scalar>(&mut self, most: f32) -> Result<Vector3<T>, RestoreError> {

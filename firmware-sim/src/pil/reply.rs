@@ -11,7 +11,7 @@ use zerocopy::{FromBytes, FromZeros, Immutable, IntoBytes, Unaligned};
 use super::request::RequestError;
 use crate::app::PairOutcome;
 
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// Reply to a request, 9 bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
@@ -53,7 +53,7 @@ impl SessionReply {
     }
 }
 
-/// Result of a pair, 240 bytes. Fields without a value are zero.
+/// Result of a pair, 236 bytes. Fields without a value are zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes, IntoBytes, Immutable, Unaligned)]
 #[repr(C)]
 pub struct PairReply {
@@ -99,7 +99,8 @@ struct Estimate {
     pairs: U32,
     /// Deviations of `R` and of `t`, rad.
     sd: [F32; 2],
-    /// 1 if there is an estimate, its doubt, and 1 if the baseline is observed.
+    weakest_sd: F32,
+    /// 1 if there is an estimate, its least certain direction, and the reasons against it.
     verdicts: [U16; 3],
 }
 
@@ -111,9 +112,8 @@ struct HealthFields {
     fit: [U32; 2],
     coverage: F32,
     yaw: F32,
-    weakest_sd: F32,
-    /// 1 if there is health; its weakest direction, band, arming, doubt and rejection.
-    verdicts: [U16; 6],
+    /// 1 if there is health; its band, reasons and rejection.
+    verdicts: [U16; 4],
 }
 
 /// A field of a reply, for comparison and display.
@@ -193,12 +193,12 @@ impl PairReply {
             floats("R, t to be applied", &estimate.applicable),
             numbers("pairs behind the estimate", &estimate.pairs),
             floats("standard deviations", &estimate.sd),
-            numbers("doubt, baseline observed", &estimate.verdicts),
+            floats("deviation of the weakest direction", &estimate.weakest_sd),
+            numbers("weakest direction, reasons", &estimate.verdicts),
             floats("health: row offsets", &health.rms_px),
             numbers("health: matches that fit", &health.fit),
             floats("health: coverage", &health.coverage),
             floats("health: yaw", &health.yaw),
-            floats("health: weakest deviation", &health.weakest_sd),
             numbers("health: verdicts", &health.verdicts),
         ]
     }
@@ -240,15 +240,17 @@ impl Solved {
 impl Estimate {
     fn of(proposal: Option<&Proposal<f32>>) -> Self {
         let Some(proposal) = proposal else { return Self::new_zeroed() };
+        let weakest = proposal.weakest();
         Self {
             rig: Rig::of(&proposal.extrinsics),
             applicable: Rig::of(&proposal.applicable),
             pairs: proposal.pairs.into(),
             sd: [proposal.sd.rotation, proposal.sd.translation].map(F32::new),
+            weakest_sd: F32::new(weakest.map_or(0.0, |(_, sd)| sd)),
             verdicts: [
                 1,
-                proposal.doubt.map_or(0, |doubt| doubt.code()),
-                u16::from(proposal.baseline_observed),
+                weakest.map_or(0, |(direction, _)| direction.code()),
+                proposal.reasons().bits(),
             ]
             .map(U16::new),
         }
@@ -258,22 +260,15 @@ impl Estimate {
 impl HealthFields {
     fn of(health: Option<&Health<f32>>) -> Self {
         let Some(health) = health else { return Self::new_zeroed() };
-        let (weakest, weakest_sd) = match health.weakest {
-            Some((direction, sd)) => (direction.code(), sd),
-            None => (0, 0.0),
-        };
         Self {
             rms_px: [health.in_use_px, health.proposed_px].map(F32::new),
             fit: [health.fit_in_use, health.fit_proposed].map(U32::new),
             coverage: F32::new(health.coverage),
             yaw: F32::new(health.yaw),
-            weakest_sd: F32::new(weakest_sd),
             verdicts: [
                 1,
-                weakest,
                 health.band.code(),
-                health.arming.code(),
-                health.doubt.map_or(0, |doubt| doubt.code()),
+                health.reasons.bits(),
                 health.rejection.map_or(0, |why| why.code()),
             ]
             .map(U16::new),
@@ -350,7 +345,7 @@ mod tests {
 
     #[test]
     fn the_lengths_are_the_documented_ones() {
-        assert_eq!([size_of::<SessionReply>(), size_of::<PairReply>()], [9, 240]);
+        assert_eq!([size_of::<SessionReply>(), size_of::<PairReply>()], [9, 236]);
         assert_eq!(size_of::<EndReply>(), 58);
     }
 
@@ -366,7 +361,7 @@ mod tests {
         assert_eq!(bytes[14..18], r[0].to_le_bytes());
         assert_eq!(bytes[58..62], report.extrinsics.translation().z.to_le_bytes());
         assert_eq!(bytes[62..64], report.passes.to_le_bytes());
-        assert_eq!(reply.fields().iter().map(|field| field.bytes.len()).sum::<usize>(), 240 - 4);
+        assert_eq!(reply.fields().iter().map(|field| field.bytes.len()).sum::<usize>(), 236 - 4);
     }
 
     #[test]

@@ -8,9 +8,8 @@
 //! | left, right | 2 cameras | | lens: 0 pinhole, 1 radial-tangential, 2 fisheye, 3 rational | `u32` | |
 //! | | | | coefficients, OpenCV's order, then 0 | 8 x `f32` | |
 
-use stereo_selfcal::{
-    Camera, CameraError, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Rational, Side,
-};
+use stereo_selfcal::geometry::{CameraError, Fisheye, RadialTangential, Rational, Side};
+use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens};
 use thiserror::Error;
 use zerocopy::little_endian::{F32, U16, U32};
 use zerocopy::{FromBytes, Immutable, IntoBytes, Unaligned, transmute};

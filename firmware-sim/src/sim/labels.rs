@@ -1,6 +1,7 @@
 //! Printed labels of the core's enumerations.
 
-use stereo_selfcal::{Arming, Band, Direction, Doubt};
+use stereo_selfcal::outcome::Direction;
+use stereo_selfcal::{Band, Reason, Reasons};
 
 pub(super) fn band(band: Band) -> &'static str {
     match band {
@@ -11,13 +12,13 @@ pub(super) fn band(band: Band) -> &'static str {
     }
 }
 
-pub(super) fn arming(arming: Arming) -> &'static str {
-    match arming {
-        Arming::Yes => "yes",
-        Arming::NotLocked => "no: not locked",
-        Arming::Doubtful => "no: doubtful",
-        Arming::Misaligned => "no: misaligned",
-        Arming::Unfit => "no: matches do not support it",
+pub(super) fn arming(reasons: Reasons) -> &'static str {
+    match reasons.iter().next() {
+        Some(Reason::NotLocked) => "no: not locked",
+        Some(Reason::SecondMode | Reason::Biased) => "no: doubtful",
+        Some(Reason::Unfit) => "no: matches do not support it",
+        Some(Reason::Misaligned) => "no: misaligned",
+        _ => "yes",
     }
 }
 
@@ -31,12 +32,14 @@ pub(super) fn direction(direction: Direction) -> &'static str {
     }
 }
 
-pub(super) fn doubt(doubt: Doubt) -> &'static str {
-    match doubt {
-        Doubt::Baseline => "image halves disagree: t held",
-        Doubt::Everything => "image halves disagree: not applied",
-        Doubt::SecondMode => "second crowd of matches: not applied",
-        Doubt::Axis => "axis uncertain",
-        _ => "doubtful",
-    }
+/// The strongest doubt of the matches.
+pub(super) fn doubt(reasons: Reasons) -> Option<&'static str> {
+    let named = [
+        (Reason::SecondMode, "second crowd of matches: not applied"),
+        (Reason::Biased, "image halves disagree: not applied"),
+        (Reason::ImageHalves, "image halves disagree"),
+        (Reason::Axis, "axis uncertain"),
+    ];
+    let found = named.into_iter().find(|(reason, _)| reasons.contains(*reason));
+    found.map(|(_, label)| label)
 }

@@ -69,13 +69,14 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
 
     let baseline_m = set.meta.baseline_m.map(f32::lit);
     if let Some(health) = &run.health {
-        report::health(out, "with the extrinsics of the start", health, baseline_m)?;
+        report::health(out, "with the extrinsics of the start", health, run.weakest, baseline_m)?;
     }
     match (app.apply(), app.calibrator().proposal()) {
         (Ok(applied), _) => {
             report::applied(out, &applied.extrinsics, app.calibrator().in_use().generation)?;
             app.calibrator().health().map_or(Ok(()), |health| {
-                report::health(out, "with the applied extrinsics", &health, baseline_m)
+                let weakest = app.calibrator().proposal().and_then(|found| found.weakest());
+                report::health(out, "with the applied extrinsics", &health, weakest, baseline_m)
             })
         }
         (Err(why), Some(proposal)) => report::not_applied(out, &proposal.extrinsics, why),

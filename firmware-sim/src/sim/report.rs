@@ -5,7 +5,8 @@ use std::io::Write;
 use anyhow::Result;
 use host_tests::data::Dataset;
 use host_tests::run::Summary;
-use stereo_selfcal::{ApplyError, DEPTHS_M, Extrinsics, Health};
+use stereo_selfcal::outcome::{DEPTHS_M, Direction};
+use stereo_selfcal::{ApplyError, Extrinsics, Health};
 
 use super::labels;
 use super::replay::Run;
@@ -56,6 +57,7 @@ pub(super) fn health(
     out: &mut impl Write,
     when: &str,
     h: &Health<f32>,
+    weakest: Option<(Direction, f32)>,
     baseline_m: Option<f32>,
 ) -> Result<()> {
     let [used, new] = [h.in_use_px, h.proposed_px];
@@ -65,8 +67,8 @@ pub(super) fn health(
         "row offset         {used:.3} px RMS in use ({} matches fit), {new:.3} px by the estimate ({} fit)",
         h.fit_in_use, h.fit_proposed
     )?;
-    let doubt = h.doubt.map_or(String::new(), |d| format!(", {}", labels::doubt(d)));
-    let weakest = h.weakest.map_or(String::new(), |(direction, sd)| {
+    let doubt = labels::doubt(h.reasons).map_or(String::new(), |doubt| format!(", {doubt}"));
+    let weakest = weakest.map_or(String::new(), |(direction, sd)| {
         format!(", weakest {} at {:.4} deg", labels::direction(direction), sd.to_degrees())
     });
     writeln!(
@@ -80,7 +82,7 @@ pub(super) fn health(
         let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
         writeln!(out, "depth error        {}", errors.join(", "))?;
     }
-    writeln!(out, "may arm            {}", labels::arming(h.arming))?;
+    writeln!(out, "may arm            {}", labels::arming(h.reasons))?;
     Ok(())
 }
 

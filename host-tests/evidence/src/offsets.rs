@@ -1,6 +1,8 @@
 //! Distances of points from their expected positions under an estimate: rows, and reprojections.
 
-use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::batch::{RayPair, row_offset};
+use stereo_selfcal::geometry::RectifyingRotations;
 
 use host_tests::data::Rays;
 

@@ -2,7 +2,7 @@
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::measurement::{Measured, Measurement, Runner};
 use super::recorded_sets::{GATE_PX, RecordedSet, SetView, TURN_DEG};

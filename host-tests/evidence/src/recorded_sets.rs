@@ -7,8 +7,10 @@ use std::sync::OnceLock;
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Extrinsics, RayPair, RectifyingRotations, row_offset};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::batch::{RayPair, row_offset};
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::cache::digest;
 use host_tests::data::{Dataset, Rays, TurnedCamera, TurnedView};

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use serde::Serialize;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::measurement::{Measurement, Runner};
 use super::on_recorded::{ErrorPair, error_pair};

@@ -114,7 +114,7 @@ mod tests {
     use crate::on_recorded::Errors;
     use crate::recorded_sets::RecordedSet;
     use host_tests::synth::Scene;
-    use stereo_selfcal::metrics::Deviation;
+    use stereo_selfcal::geometry::metrics::Deviation;
 
     fn outcome(ours: Option<f64>, rivals: [f64; 2]) -> (Outcome, usize) {
         let set = Scene { matches: 20, ..Scene::default() }.dataset(6, 1).unwrap();

@@ -1,10 +1,9 @@
 //! Properties of the calibrator's output.
 
 use nalgebra::Matrix3;
-use stereo_selfcal::{
-    Extrinsics, FactoryCalibration, Finding, LensCorrection, LensEstimate, PairReport, Proposal,
-    State,
-};
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::outcome::{Finding, LensEstimate};
+use stereo_selfcal::{Extrinsics, FactoryCalibration, PairReport, Proposal, State};
 
 use super::Target;
 

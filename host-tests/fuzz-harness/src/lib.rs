@@ -14,10 +14,12 @@ pub use store::run_store;
 
 use arbitrary::{Arbitrary, Unstructured};
 use nalgebra::{Matrix3, Vector3};
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::geometry::{Fisheye, LensCorrection, RadialTangential, Rational};
+use stereo_selfcal::outcome::StandardDeviations;
 use stereo_selfcal::{
     Calibration, Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics,
-    FactoryCalibration, Fisheye, Fused, Intrinsics, Lens, LensCorrection, LensTracking, Pushed,
-    RadialTangential, Rational, Rejection, StandardDeviations, State,
+    FactoryCalibration, Fused, Intrinsics, Lens, LensTracking, Rejection, State,
 };
 
 use check::{check_begun_again, check_estimate, check_in_use, check_report};
@@ -260,7 +262,7 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
         }
         Call::SetUsualFactory(bytes) => {
             let [x, y, z, ty, tz] = bytes.map(|b| f32::from(b) / 100.0);
-            let r = stereo_selfcal::so3::exp(&Vector3::new(x, y, z)).expect("finite");
+            let r = stereo_selfcal::geometry::so3::exp(&Vector3::new(x, y, z)).expect("finite");
             let factory = Extrinsics::try_new(r.matrix(), &Vector3::new(-1.0, ty, tz));
             factory.map(|e| made.with_extrinsics(e, calibrator)).is_err()
         }

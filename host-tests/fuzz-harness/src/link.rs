@@ -1,8 +1,8 @@
 //! Arbitrary streams: the decoder with any cut, and a calibrator as its sink.
 
 use arbitrary::{Arbitrary, Unstructured};
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
-use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{Correspondence, FactoryCalibration, State};
 
 use super::check::{check_estimate, check_in_use};

@@ -3,7 +3,9 @@
 use host_tests::data::{Dataset, Match};
 use host_tests::run::Estimate;
 use serde::Serialize;
-use stereo_selfcal::{Cameras, RectifyingRotations, row_offset};
+use stereo_selfcal::Cameras;
+use stereo_selfcal::batch::row_offset;
+use stereo_selfcal::geometry::RectifyingRotations;
 
 /// Rows and columns of an image.
 const ROWS: [&str; 3] = ["upper", "middle", "lower"];

@@ -15,7 +15,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use rayon::prelude::*;
-use stereo_selfcal::so3;
+use stereo_selfcal::geometry::so3;
 
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;

@@ -6,8 +6,9 @@ use host_tests::run::{replay, row_offsets_px};
 use host_tests::stats::rms;
 use rayon::prelude::*;
 use selfcal_pictures::{Grey, turned};
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Config, Extrinsics, LensCorrection};
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::{Config, Extrinsics};
 
 use crate::made::MadePair;
 use crate::matcher::{Matcher, MatcherConfig};

@@ -10,7 +10,8 @@ use host_tests::data::{Dataset, Match, Meta};
 use host_tests::run::{SCREEN_PX, replay, row_offsets_px};
 use host_tests::stats::{mean, median, rms};
 use serde::Serialize;
-use stereo_selfcal::{Calibration, Config, Extrinsics, LensCorrection, RectifyingRotations};
+use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations};
+use stereo_selfcal::{Calibration, Config, Extrinsics};
 
 /// A match this close to its row counts for coverage, px.
 const IN_ROW_PX: f64 = 1.0;

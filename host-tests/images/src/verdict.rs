@@ -5,7 +5,7 @@ use std::fmt;
 use anyhow::Result;
 use host_tests::run::{Estimate, Summary};
 use serde::Serialize;
-use stereo_selfcal::{Doubt, State};
+use stereo_selfcal::{Reason, State};
 
 use crate::coverage::Coverage;
 use crate::moments;
@@ -149,13 +149,11 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
 fn doubt_in_words(fused: &Estimate) -> Option<String> {
     match fused.doubt {
         // With a lens prior the disagreement only widens the deviations.
-        Some(Doubt::Baseline | Doubt::Everything) if fused.lens.is_some() => Some(
+        Some(Reason::ImageHalves) if fused.lens.is_some() => Some(
             "image halves disagree, as with a wrong lens model: the deviations are widened".into(),
         ),
-        Some(Doubt::Everything) => {
-            Some("image halves disagree: the lens model does not fit".into())
-        }
-        Some(Doubt::Baseline) => Some("image halves disagree: t is held".into()),
+        Some(Reason::Biased) => Some("image halves disagree: the lens model does not fit".into()),
+        Some(Reason::ImageHalves) => Some("image halves disagree: t is held".into()),
         Some(doubt) => Some(doubt.to_string()),
         None => None,
     }

@@ -5,9 +5,9 @@ use host_tests::data::Match;
 use host_tests::run::SCREEN_PX;
 use host_tests::stats::{median, quantile};
 use nalgebra::Vector3;
-use stereo_selfcal::{
-    Cameras, Extrinsics, RayPair, RectifiedCamera, RectifyingRotations, row_offset,
-};
+use stereo_selfcal::batch::{RayPair, row_offset};
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::{Cameras, Extrinsics};
 
 use crate::grey::Grey;
 use crate::sgm::Disparities;

@@ -2,7 +2,8 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 use rayon::prelude::*;
-use stereo_selfcal::{Camera, RectifiedCamera, Scalar};
+use stereo_selfcal::geometry::RectifiedCamera;
+use stereo_selfcal::{Camera, Scalar};
 
 use crate::grey::Grey;
 

@@ -5,10 +5,11 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use rayon::prelude::*;
+use stereo_selfcal::batch::row_offset;
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 use stereo_selfcal::nalgebra::{Rotation3, Vector2, Vector3};
 use stereo_selfcal::{
     Calibration as CoreCalibration, Camera as CoreCamera, Correspondence, FactoryCalibration,
-    RectifiedCamera, RectifyingRotations, row_offset,
 };
 
 use crate::arguments::{points, same_length, to_matrix, to_vector};

@@ -4,7 +4,7 @@ use std::sync::{Mutex, TryLockError};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyTuple};
-use stereo_selfcal::{Range, RangeReading};
+use stereo_selfcal::depth::{Range, RangeReading};
 
 use crate::arguments::{POINTS, matches, same_length};
 use crate::calibration::Calibration;
@@ -134,8 +134,12 @@ impl Calibrator {
     }
 
     fn health<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let found = self.with(py, |engine| each!(engine, held => held.calibrator.health()))?;
-        found.ok().map(|found| health(py, &found)).transpose()
+        let found = self.with(
+            py,
+            |engine| each!(engine, held => (held.calibrator.health(), held.calibrator.proposal())),
+        )?;
+        let (Ok(found), Some(proposal)) = found else { return Ok(None) };
+        health(py, &found, &proposal).map(Some)
     }
 
     #[getter]

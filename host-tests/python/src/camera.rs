@@ -3,9 +3,8 @@
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
-use stereo_selfcal::{
-    Camera as CoreCamera, Fisheye, Intrinsics, Lens, RadialTangential, Rational, Scalar,
-};
+use stereo_selfcal::geometry::{Fisheye, RadialTangential, Rational};
+use stereo_selfcal::{Camera as CoreCamera, Intrinsics, Lens, Scalar};
 
 use crate::arguments::{matrix, points, to_matrix, to_points, to_vector, vector};
 use crate::errors::{raised, value};

@@ -3,11 +3,11 @@
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use stereo_selfcal::depth::{MotionError, Witnessed};
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal};
 use stereo_selfcal::{
     ApplyError, Calibrator, Cameras, Cause, Config, Correspondence, FactoryCalibration, Fused,
-    Health, LensTracking, MotionError, NoHealth, PairReport, Proposal, Rejection, RestoreError,
-    State, Witnessed,
+    Health, LensTracking, NoHealth, PairReport, Proposal, Rejection, RestoreError, State,
 };
 
 use crate::errors::{raised, value, wrong_type};

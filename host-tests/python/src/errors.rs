@@ -5,11 +5,10 @@ use std::io;
 
 use pyo3::exceptions::{PyFileNotFoundError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+use stereo_selfcal::depth::{MotionError, RangeError};
+use stereo_selfcal::geometry::{CameraError, ExtrinsicsError, RectifyError};
 use stereo_selfcal::link::FrameRefusal;
-use stereo_selfcal::{
-    ApplyError, CameraError, ConfigError, ExtrinsicsError, MotionError, RangeError, RectifyError,
-    Rejection, RestoreError,
-};
+use stereo_selfcal::{ApplyError, ConfigError, Rejection, RestoreError};
 
 /// An error of the core with its class and number.
 pub(crate) trait CoreError: Debug + Display {

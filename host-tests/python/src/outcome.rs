@@ -7,7 +7,8 @@ use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyTuple};
-use stereo_selfcal::{Extrinsics, Health, LensEstimate, PairReport, Reasons, StandardDeviations};
+use stereo_selfcal::outcome::{LensEstimate, StandardDeviations};
+use stereo_selfcal::{Extrinsics, Health, PairReport, Proposal, Reasons};
 
 use crate::arguments::{to_matrix, to_vector};
 use crate::engine::Outcome;
@@ -96,7 +97,11 @@ pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<
         r,
         t,
         name(state),
-        checked.as_ref().map(|checked| health(py, checked)).transpose()?,
+        checked
+            .as_ref()
+            .zip(proposal.as_ref())
+            .map(|(checked, proposal)| health(py, checked, proposal))
+            .transpose()?,
         reasons,
         cause.map(|cause| cause.to_string()),
         sd(proposal.as_ref().map(|proposal| proposal.sd))?,
@@ -113,13 +118,17 @@ pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<
     )
 }
 
-/// `Health`.
-pub(crate) fn health<'py>(py: Python<'py>, of: &Health<f32>) -> PyResult<Bound<'py, PyAny>> {
+/// `Health`, with those numbers of the estimate that it needs.
+pub(crate) fn health<'py>(
+    py: Python<'py>,
+    of: &Health<f32>,
+    proposal: &Proposal<f32>,
+) -> PyResult<Bound<'py, PyAny>> {
     let classes = Classes::get(py)?;
     made!(
         py,
         classes.health,
-        name(&of.arming),
+        of.reasons.may_arm(),
         name(&of.band),
         of.in_use_px,
         of.proposed_px,
@@ -127,14 +136,12 @@ pub(crate) fn health<'py>(py: Python<'py>, of: &Health<f32>) -> PyResult<Bound<'
         of.fit_in_use,
         of.fit_proposed,
         of.coverage,
-        of.doubt.as_ref().map(name),
-        of.baseline_observed,
         of.corner_px,
-        two(py, &classes.finding, (of.lens_yaw.value, of.lens_yaw.sd))?,
-        of.lens.as_ref().map(|lens| lens_errors(py, classes, lens)).transpose()?,
-        of.weakest.map(|(direction, sd)| (name(&direction), sd)),
+        two(py, &classes.finding, (proposal.lens_yaw.value, proposal.lens_yaw.sd))?,
+        proposal.lens.as_ref().map(|lens| lens_errors(py, classes, lens)).transpose()?,
+        proposal.weakest().map(|(direction, sd)| (name(&direction), sd)),
         of.yaw,
-        two(py, &classes.sd, (of.vibration.rotation, of.vibration.baseline))?,
+        two(py, &classes.sd, (proposal.vibration.rotation, proposal.vibration.baseline))?,
     )
 }
 

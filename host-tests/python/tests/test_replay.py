@@ -42,7 +42,7 @@ def assert_same(row: dict[str, str], result: sc.Result) -> None:
             result.health.in_use_px,
             result.health.proposed_px,
         ]
-        assert row["armed"] == str(result.health.arming == "yes").lower()
+        assert row["armed"] == str(result.health.may_arm).lower()
         assert int(row["fit"]) == result.health.fit_proposed
     else:
         assert row["rms_px_in_use"] == ""

@@ -181,7 +181,7 @@ mod tests {
     use crate::Tuning;
     use host_tests::bounds::joint_fit;
     use host_tests::synth::{Scene, rig};
-    use stereo_selfcal::metrics::Deviation;
+    use stereo_selfcal::geometry::metrics::Deviation;
 
     fn scene() -> Scene {
         Scene { rig: rig([4.0, -3.0, 2.0], [6.0, -5.0]).unwrap(), ..Scene::default() }

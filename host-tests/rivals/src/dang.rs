@@ -13,7 +13,8 @@
 //! has converged, which only helps.
 
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
-use stereo_selfcal::{Extrinsics, so3};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::geometry::so3;
 
 use super::filter::{PRIOR_SD, limit};
 use super::literal_paper;

@@ -1,7 +1,8 @@
 //! Fusion of the estimates of single pairs: mean directions as in Zhao et al., and the chordal mean.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use stereo_selfcal::{Extrinsics, so3};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::geometry::so3;
 
 use super::pose::Pose;
 

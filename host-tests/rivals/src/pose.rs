@@ -42,7 +42,7 @@ impl Pose {
 
     /// The `d` by which [`Self::moved`] reaches `other`, with both `t` in one half space.
     pub(super) fn step_to(&self, other: &Self) -> Vector5<f64> {
-        let w = stereo_selfcal::so3::log(&(other.r * self.r.inverse()));
+        let w = stereo_selfcal::geometry::so3::log(&(other.r * self.r.inverse()));
         let along = self.t.dot(&other.t);
         let [b, c] = self.across().map(|b| b.dot(&other.t) / along);
         Vector5::new(w.x, w.y, w.z, b, c)

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix5, Vector3};
 use stereo_selfcal::Extrinsics;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::{Front, LingShen, Method, Range, Setting, Tuning, all, all_variants, by_name};
 use host_tests::bounds::cramer_rao;

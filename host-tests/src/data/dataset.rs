@@ -10,7 +10,8 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use stereo_selfcal::{Calibration, Cameras, Extrinsics, LensCorrection, Scalar};
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::{Calibration, Cameras, Extrinsics, Scalar};
 
 use super::frame_rows::FrameRows;
 use super::matches::{Match, read_pair};

@@ -6,10 +6,8 @@ use std::path::Path;
 use anyhow::{Context, Error, Result, anyhow, ensure};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
-use stereo_selfcal::{
-    Camera, Cameras, Extrinsics, Fisheye, Intrinsics, Lens, LensCorrection, RadialTangential,
-    Rational, Scalar,
-};
+use stereo_selfcal::geometry::{Fisheye, LensCorrection, RadialTangential, Rational};
+use stereo_selfcal::{Camera, Cameras, Extrinsics, Intrinsics, Lens, Scalar};
 
 use super::geometry::{Rows, matrix};
 use super::sign::WrongSign;

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use stereo_selfcal::{Range, RangeReading, Scalar};
+use stereo_selfcal::Scalar;
+use stereo_selfcal::depth::{Range, RangeReading};
 
 /// Readings by the number of their pair, from 0.
 pub type Ranges = BTreeMap<usize, Vec<RangeReading<f64>>>;

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
-use stereo_selfcal::{Cameras, RayPair, Scalar};
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::{Cameras, Scalar};
 
 use super::Match;
 

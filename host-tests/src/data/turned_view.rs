@@ -7,7 +7,8 @@
 
 use anyhow::Result;
 use nalgebra::{Matrix3, Vector2, Vector3};
-use stereo_selfcal::{Camera, Cameras, so3};
+use stereo_selfcal::geometry::so3;
+use stereo_selfcal::{Camera, Cameras};
 
 use crate::data::{Dataset, Match, Meta, Rows, matrix, rows};
 
@@ -184,8 +185,9 @@ mod tests {
     use crate::data::rigs::Rig;
     use crate::stats::median;
     use clap::ValueEnum;
-    use stereo_selfcal::metrics::Deviation;
-    use stereo_selfcal::{RayPair, RectifyingRotations, row_offset};
+    use stereo_selfcal::batch::{RayPair, row_offset};
+    use stereo_selfcal::geometry::RectifyingRotations;
+    use stereo_selfcal::geometry::metrics::Deviation;
 
     fn median_row_offset_px(set: &Dataset) -> f64 {
         let cameras = set.cameras::<f64>().unwrap();

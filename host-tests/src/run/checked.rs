@@ -1,9 +1,9 @@
 //! Knowledge of a vehicle after a pair: the calibration in use, and whether the vehicle may arm.
 
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Camera, Cameras, Cause, Doubt, Extrinsics, Health, Lens,
-    LensCorrection, Reasons, Scalar, State,
+    Band, Calibrator, Camera, Cameras, Cause, Extrinsics, Health, Lens, Reasons, Scalar, State,
 };
 
 use crate::data::in_f64;
@@ -28,11 +28,7 @@ pub struct Checked {
 /// A health in `f64`, without the parts that the estimate has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checks {
-    /// Whether the vehicle may arm.
-    pub arming: Arming,
-    /// Evidence against the estimate.
-    pub doubt: Option<Doubt>,
-    /// Reasons against relying on the calibration, also if the vehicle may arm.
+    /// Reasons not to rely on it; they answer an arming check.
     pub reasons: Reasons,
     /// Verdict on the calibration in use.
     pub band: Band,
@@ -61,8 +57,6 @@ impl Checked {
         let in_use = in_f64(&calibrator.in_use().extrinsics);
         let error = truth.map(|truth| Deviation::between(&in_use, truth));
         let checks = |health: &Health<T>| Checks {
-            arming: health.arming,
-            doubt: health.doubt,
             reasons: health.reasons,
             band: health.band,
             yaw_sd: health.yaw.to_f64(),
@@ -79,7 +73,7 @@ impl Checked {
     /// Whether the health permits arming.
     #[must_use]
     pub fn is_armed(&self) -> bool {
-        self.health.is_some_and(|health| health.arming == Arming::Yes)
+        self.health.is_some_and(|health| health.reasons.may_arm())
     }
 
     /// Reasons against arming or against the estimate; may be empty.

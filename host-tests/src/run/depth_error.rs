@@ -3,7 +3,8 @@
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use serde::Serialize;
-use stereo_selfcal::{Calibration, Extrinsics, RectifyingRotations, State};
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::{Calibration, Extrinsics, State};
 
 use super::log::RunLog;
 use super::summary::SCREEN_PX;
@@ -81,7 +82,7 @@ impl DepthErrors {
     /// If the length of the baseline is not known, or the cameras are not valid.
     pub fn of(set: &Dataset, truth: &[Vec<TrueDepth>], log: &RunLog) -> Result<Option<Self>> {
         let baseline_m = set.meta.baseline_m.context("depths without baseline_m in meta.json")?;
-        let none = stereo_selfcal::LensCorrection::NONE;
+        let none = stereo_selfcal::geometry::LensCorrection::NONE;
         let before = set.calibration(log.factory(), &none)?;
         let in_use = calibration_in_use(set, log)?;
         let reference = set.meta.has_reference().then(|| set.truth()).transpose()?;
@@ -138,7 +139,7 @@ pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>
 fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
     match log.steps().last().and_then(|step| step.checked) {
         Some(used) => set.calibration(&used.in_use, &used.correction),
-        None => set.calibration(log.factory(), &stereo_selfcal::LensCorrection::NONE),
+        None => set.calibration(log.factory(), &stereo_selfcal::geometry::LensCorrection::NONE),
     }
 }
 

@@ -5,10 +5,9 @@ use std::fmt;
 use anyhow::Result;
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
-use stereo_selfcal::{
-    Calibration, Doubt, Extrinsics, Finding, LensCorrection, LensEstimate, Proposal, Scalar,
-    StandardDeviations, State, Vibration,
-};
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::outcome::{Finding, LensEstimate, StandardDeviations, Vibration};
+use stereo_selfcal::{Calibration, Extrinsics, Proposal, Reason, Reasons, Scalar, State};
 
 use crate::data::{Dataset, Meta, in_f64, rows};
 
@@ -36,7 +35,7 @@ pub struct Estimate {
     /// State of the calibrator.
     pub state: State,
     /// Doubt about the estimate.
-    pub doubt: Option<Doubt>,
+    pub doubt: Option<Reason>,
 }
 
 /// [`LensEstimate`] in `f64`; the core's own cannot be constructed outside it.
@@ -96,7 +95,7 @@ impl Estimate {
                 baseline: proposal.vibration.baseline.to_f64(),
             },
             state: proposal.state,
-            doubt: proposal.doubt,
+            doubt: doubt(proposal.reasons()),
         }
     }
 
@@ -121,6 +120,12 @@ impl Estimate {
         }
         meta
     }
+}
+
+/// The strongest doubt of the matches among the reasons against an estimate.
+pub(super) fn doubt(reasons: Reasons) -> Option<Reason> {
+    let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves, Reason::Axis];
+    doubts.into_iter().find(|reason| reasons.contains(*reason))
 }
 
 fn correction_in_f64<T: Scalar>(correction: &LensCorrection<T>) -> LensCorrection<f64> {
@@ -150,13 +155,13 @@ impl fmt::Display for Estimate {
         match self.doubt {
             None => Ok(()),
             // With a lens prior the disagreement only widens the deviations.
-            Some(Doubt::Baseline | Doubt::Everything) if self.lens.is_some() => {
+            Some(Reason::ImageHalves) if self.lens.is_some() => {
                 f.write_str(", image halves disagree")
             }
-            Some(Doubt::Baseline) => f.write_str(", image halves disagree: t held"),
-            Some(Doubt::Everything) => f.write_str(", image halves disagree: not applied"),
-            Some(Doubt::SecondMode) => f.write_str(", second crowd of matches: not applied"),
-            Some(Doubt::Axis) => f.write_str(", axis uncertain"),
+            Some(Reason::ImageHalves) => f.write_str(", image halves disagree: t held"),
+            Some(Reason::Biased) => f.write_str(", image halves disagree: not applied"),
+            Some(Reason::SecondMode) => f.write_str(", second crowd of matches: not applied"),
+            Some(Reason::Axis) => f.write_str(", axis uncertain"),
             Some(other) => write!(f, ", {other:?}"),
         }
     }

@@ -1,7 +1,7 @@
 //! Results of a run of the calibrator, pair by pair, against the truth of the data set.
 
 use anyhow::{Result, bail};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Cameras, Extrinsics, Fused, Health, PairReport, Proposal, Rejection, Scalar,
 };

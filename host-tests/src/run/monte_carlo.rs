@@ -5,12 +5,14 @@
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Doubt, Extrinsics, FactoryCalibration, Fused, Intrinsics,
-    Lens, Proposal, RectifyingRotations, Scalar, State,
+    Calibrator, Camera, Cameras, Config, Extrinsics, FactoryCalibration, Fused, Intrinsics, Lens,
+    Proposal, Reason, Scalar, State,
 };
 
+use super::estimate::doubt;
 use crate::bounds::{cramer_rao, joint_fit};
 use crate::data::{Match, Rays, in_f64};
 use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
@@ -44,7 +46,7 @@ pub struct AfterPair {
     /// Error squared over its reported covariance, five degrees of freedom.
     pub nees: f64,
     /// Doubt about the estimate.
-    pub doubt: Option<Doubt>,
+    pub doubt: Option<Reason>,
 }
 
 /// One run.
@@ -210,7 +212,7 @@ fn after_pair<T: Scalar>(
         error_in_sd: over(error.rotation, proposal.sd.rotation)
             .max(over(error.translation, proposal.sd.translation)),
         nees: nees(proposal, truth),
-        doubt: proposal.doubt,
+        doubt: doubt(proposal.reasons()),
     }
 }
 

@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use anyhow::Result;
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibration, LensCorrection, StandardDeviations};
+use stereo_selfcal::Calibration;
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::outcome::StandardDeviations;
 
 use super::log::RunLog;
 use super::step::Step;

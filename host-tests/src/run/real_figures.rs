@@ -1,7 +1,7 @@
 //! Figures over the runs of one scene: errors, claims, the extrinsics in use.
 
 use stereo_selfcal::State;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::real_rigs::{Claim, RealPair, RealRun};
 use crate::stats::{mean, quantile, rms_deviation};

@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, Proposal, Scalar, State};
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::{Calibrator, Config, Extrinsics, Proposal, Scalar, State};
 
 use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, cameras, nees};
 use crate::bounds::{cramer_rao, try_joint_fit};
@@ -155,7 +155,7 @@ fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPai
         vibration: vibration.map_or([0.0; 2], |v| [v.rotation.to_f64(), v.baseline.to_f64()]),
         state: calibrator.state(),
         fused,
-        armed: health.as_ref().is_some_and(|health| health.arming == Arming::Yes),
+        armed: health.as_ref().is_some_and(|health| health.reasons.may_arm()),
         claim: calibrator.proposal().map(|proposal| Claim::of(&proposal, truth)),
         in_use: Deviation::between(&in_f64(&calibrator.in_use().extrinsics), truth),
         rms_px: health.map(|health| [health.in_use_px.to_f64(), health.proposed_px.to_f64()]),

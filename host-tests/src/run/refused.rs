@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use stereo_selfcal::{
-    MotionError, PushError, RangeError, Rejection, Side, UndistortError, Witnessed,
-};
+use stereo_selfcal::depth::{MotionError, RangeError, Witnessed};
+use stereo_selfcal::geometry::{Side, UndistortError};
+use stereo_selfcal::{PushError, Rejection};
 
 /// How often each reason occurred.
 pub type CountByReason = BTreeMap<&'static str, usize>;

@@ -1,9 +1,8 @@
 //! Replay: feeds a data set to the calibrator as on a controller.
 
 use anyhow::Result;
-use stereo_selfcal::{
-    Calibrator, Cameras, Config, Extrinsics, Outcome, RangeReading, Rejection, Scalar,
-};
+use stereo_selfcal::depth::RangeReading;
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Outcome, Rejection, Scalar};
 
 use super::alone::PairSolver;
 use super::factory;

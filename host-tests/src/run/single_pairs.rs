@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Result, ensure};
 use serde::Serialize;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, FactoryCalibration,
     Intrinsics, Lens, Scalar,

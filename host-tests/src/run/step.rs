@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Extrinsics, Fused, Rejection};
 
 use super::checked::Checked;

@@ -6,8 +6,10 @@ use anyhow::Result;
 use nalgebra::{Matrix3, Rotation3};
 use serde::ser::SerializeStruct;
 use serde::{Serialize, Serializer};
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Calibration, LensCorrection, RayPair, RectifyingRotations, row_offset, so3};
+use stereo_selfcal::Calibration;
+use stereo_selfcal::batch::{RayPair, row_offset};
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations, so3};
 
 use super::depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, behind_infinity};
 use super::estimate::{Lens, in_words};

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::Result;
 use stereo_selfcal::State;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use crate::chart::legend::{FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};

@@ -1,6 +1,6 @@
 //! Sums over the pairs of a run, for pairs that are not kept.
 
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
 use super::refused::{self, CountByReason, Witnesses};

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use stereo_selfcal::{Extrinsics, LensCorrection};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::geometry::LensCorrection;
 
 use super::step::Step;
 

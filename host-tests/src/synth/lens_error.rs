@@ -216,7 +216,8 @@ mod tests {
     use super::*;
     use crate::stats::rms;
     use nalgebra::Vector2;
-    use stereo_selfcal::{Camera, Intrinsics, Lens, RadialTangential};
+    use stereo_selfcal::geometry::RadialTangential;
+    use stereo_selfcal::{Camera, Intrinsics, Lens};
 
     const CENTRE: [f64; 2] = [319.5, 239.5];
     const FOCAL: f64 = 400.0;

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
-use stereo_selfcal::{Extrinsics, so3};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::geometry::so3;
 
 /// A rig that deviates from `R = I`, `t = (-1, 0, 0)`.
 ///

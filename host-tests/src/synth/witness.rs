@@ -4,7 +4,7 @@ use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
-use stereo_selfcal::{Range, RangeReading};
+use stereo_selfcal::depth::{Range, RangeReading};
 
 use super::scene::{Scene, SynthPair};
 use crate::data::tracked::Track;

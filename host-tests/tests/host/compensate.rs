@@ -3,10 +3,10 @@
 use host_tests::data::in_f64;
 use host_tests::stats::quantile;
 use host_tests::synth::{LensErrors, Scenario, ScenarioKind, ScenarioPair, rig};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Arming, Calibration, Calibrator, Config, FactoryCalibration, Fused, LensTracking, Outcome,
-    Proposal, State,
+    Calibration, Calibrator, Config, FactoryCalibration, Fused, LensTracking, Outcome, Proposal,
+    State,
 };
 
 const PAIRS: usize = 200;
@@ -46,8 +46,8 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
             calibrator.push(&m.correspondence()).unwrap();
         }
         let outcome = calibrator.solve_pair();
-        let armed = calibrator.health().is_ok_and(|health| health.arming == Arming::Yes);
-        // An estimate that is not locked is not applied.
+        let armed = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
+        // What is not locked yet is not applied.
         let _ = calibrator.apply();
         let proposal = calibrator.proposal();
         let error =

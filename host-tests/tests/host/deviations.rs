@@ -1,7 +1,7 @@
 //! Reported deviations and verdict on recorded pairs: halves of the pairs, and their order.
 
 use host_tests::data::{Dataset, Match};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Band, Calibrator, Config, Extrinsics, FactoryCalibration, Proposal};
 
 fn set(name: &str) -> Dataset {

@@ -3,7 +3,7 @@
 
 use host_tests::data::Dataset;
 use host_tests::run::{Apply, Estimate, RunLog, replay_within};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Config, Extrinsics, LensTracking, State};
 
 const SETS: [&str; 2] = ["opencv_chess_corners", "opencv_chess_sift"];

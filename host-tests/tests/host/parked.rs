@@ -5,8 +5,8 @@ use host_tests::bounds::joint_fit;
 use host_tests::data::{Rays, in_f64};
 use host_tests::stats::rms_deviation;
 use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair, rig};
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Arming, Calibrator, Config, FactoryCalibration, Fused, State};
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::{Calibrator, Config, FactoryCalibration, Fused, Reason, State};
 use test_support::runs;
 
 const PARKED: usize = 200;
@@ -35,7 +35,9 @@ fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
             let expected = if at < PARKED { Fused::Repeated } else { Fused::Added };
             assert_eq!(fused, expected, "{seed}: pair {at}");
             let health = calibrator.health().unwrap();
-            assert_eq!((health.arming, health.doubt), (Arming::Yes, None), "{seed}: pair {at}");
+            assert!(health.reasons.may_arm(), "{seed}: pair {at}");
+            let halves = health.reasons.contains(Reason::ImageHalves);
+            assert!(!halves, "{seed}: pair {at}");
         }
         match calibrator.apply() {
             Ok(_) => applied = true,

@@ -5,8 +5,8 @@ use clap::ValueEnum;
 use host_tests::data::Match;
 use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair};
 use rayon::prelude::*;
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Arming, Calibrator, Config, Extrinsics, FactoryCalibration, State};
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, State};
 use test_support::{is_campaign, runs};
 
 const RUNS: [u64; 2] = [6, 200];
@@ -45,7 +45,7 @@ fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
     // A pixel beyond the range of the lens is refused.
     let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
     let _ = calibrator.apply();
-    let armed = calibrator.health().is_ok_and(|health| health.arming == Arming::Yes);
+    let armed = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
     [calibrator.state() == State::Locked, armed]
 }
 

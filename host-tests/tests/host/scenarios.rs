@@ -7,8 +7,9 @@ use host_tests::synth::{
     Depth, Disturbance, LensError, LensErrors, Scenario, ScenarioKind, ScenarioPair, Scene, rig,
 };
 use nalgebra::{Matrix3, Vector3};
-use stereo_selfcal::metrics::rotation_angle;
-use stereo_selfcal::{Config, Extrinsics, so3};
+use stereo_selfcal::geometry::metrics::rotation_angle;
+use stereo_selfcal::geometry::so3;
+use stereo_selfcal::{Config, Extrinsics};
 
 fn frames(kind: ScenarioKind, pairs: usize) -> Vec<ScenarioPair> {
     let mut scenario = Scenario::new(kind, pairs);

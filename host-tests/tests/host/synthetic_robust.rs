@@ -6,7 +6,7 @@ use host_tests::data::{Rays, in_f64};
 use host_tests::run::monte_carlo::{self, Run, nees_band};
 use host_tests::stats::{mean, rms_deviation};
 use host_tests::synth::{Scenario, ScenarioKind, Scene, SynthPair, five_degrees_off, rig};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, FactoryCalibration, Rejection};
 use test_support::runs;
 

@@ -8,12 +8,15 @@
 #define FOCAL 900.0f
 #define NOISE_PX 0.3f
 
-const selfcal_camera_t scene_camera = {
-    .focal_px = {FOCAL, FOCAL},
-    .principal_px = {WIDTH / 2, HEIGHT / 2},
-    .size_px = {WIDTH, HEIGHT},
-    .lens = SELFCAL_LENS_PINHOLE,
-};
+#define CAMERA                                       \
+    {                                                \
+        .focal_px = {FOCAL, FOCAL},                  \
+        .principal_px = {WIDTH / 2, HEIGHT / 2},     \
+        .size_px = {WIDTH, HEIGHT},                  \
+        .lens = SELFCAL_LENS_PINHOLE,                \
+    }
+
+const selfcal_factory_t scene_factory = {.left = CAMERA, .right = CAMERA};
 
 void scene_rig(selfcal_extrinsics_t *rig)
 {

@@ -6,8 +6,8 @@
 
 #include "stereo_selfcal.h"
 
-/* Both cameras of the rig, without distortion. */
-extern const selfcal_camera_t scene_camera;
+/* Both cameras of the rig, without distortion, side by side: a guess. */
+extern const selfcal_factory_t scene_factory;
 
 /* Extrinsics of the rig, rotated and shifted from side by side. */
 void scene_rig(selfcal_extrinsics_t *rig);

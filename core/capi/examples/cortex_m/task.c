@@ -40,36 +40,36 @@ static size_t take(uint8_t *to, size_t room)
 
 static void take_pair(task_result_t *result)
 {
-    bool solved = false;
+    selfcal_error_t error = SELFCAL_OK;
+    bool ended = false;
 
     result->frames++;
     /* Pass by pass: tasks of this priority may run in between. */
-    if (selfcal_begin_pair(&cal) == SELFCAL_OK)
-        while (!solved && selfcal_advance_pair(&cal, &solved) == SELFCAL_OK) {
-        }
-    if (solved && selfcal_fuse(&cal, NULL) == SELFCAL_OK)
+    while (!ended && error == SELFCAL_OK)
+        error = selfcal_advance_pair(&cal, &ended, NULL);
+    if (error == SELFCAL_OK) /* a pair that is not fused is normal */
         result->fused++;
     if (selfcal_apply(&cal, &result->in_use) == SELFCAL_OK) /* refused until the estimate is locked */
         result->applied++;
-    (void)selfcal_clear_pair(&cal);
 }
 
-static selfcal_error_t start(const selfcal_camera_t *camera)
+static selfcal_error_t start(const selfcal_factory_t *factory, selfcal_calibration_t *in_use)
 {
-    selfcal_error_t error = selfcal_init(&cal, sizeof cal, NULL);
+    selfcal_error_t error = selfcal_init(&cal, sizeof cal, NULL, factory);
 
     if (error == SELFCAL_OK)
         error = selfcal_link_init(&wire, sizeof wire);
     if (error == SELFCAL_OK)
-        error = selfcal_set_cameras(&cal, camera, camera);
+        error = selfcal_in_use(&cal, in_use); /* for the rectifier, from the first image on */
     return error;
 }
 
-void task_run(const selfcal_camera_t *camera, uint32_t frames, task_result_t *result)
+void task_run(const selfcal_factory_t *factory, uint32_t frames, task_result_t *result)
 {
     uint8_t bytes[64];
 
-    *result = (task_result_t){.error = start(camera)};
+    *result = (task_result_t){0};
+    result->error = start(factory, &result->in_use);
     while (result->error == SELFCAL_OK && result->frames < frames) {
         const uint8_t *at = bytes;
         size_t left = take(bytes, sizeof bytes);

@@ -14,8 +14,8 @@
 /* Of the task, written by it alone. */
 typedef struct {
     uint32_t frames, fused, applied;
-    selfcal_error_t error;       /* what ended the task, if anything */
-    selfcal_calibration_t in_use; /* once applied: for the rectifier */
+    selfcal_error_t error;        /* error that ended the task */
+    selfcal_calibration_t in_use; /* for the rectifier: at first that of the factory */
 } task_result_t;
 
 /* Room in the queue, bytes. For the interrupt. */
@@ -25,6 +25,6 @@ size_t task_room(void);
 void task_queue(uint8_t byte);
 
 /* The task: receives, solves pass by pass, fuses, applies. Ends after so many frames, or with an error. */
-void task_run(const selfcal_camera_t *camera, uint32_t frames, task_result_t *result);
+void task_run(const selfcal_factory_t *factory, uint32_t frames, task_result_t *result);
 
 #endif

@@ -41,7 +41,7 @@ void systick(void)
 
 static void task(void)
 {
-    task_run(&scene_camera, PAIRS, &result);
+    task_run(&scene_factory, PAIRS, &result);
 }
 
 /* Calls a function on the process stack. */
@@ -72,7 +72,7 @@ int main(void)
     scene_rig(&rig);
     for (uint32_t i = 0; i < PAIRS; i++) {
         scene_matches(&rig, matches, MATCHES);
-        CHECK(matcher_frame(frames[i], i, scene_camera.size_px, matches, MATCHES) == sizeof frames[i]);
+        CHECK(matcher_frame(frames[i], i, scene_factory.left.size_px, matches, MATCHES) == sizeof frames[i]);
     }
     for (size_t i = 0; i < TASK_STACK_BYTES / 8; i++)
         task_stack[i] = PAINT;

@@ -45,8 +45,7 @@ static bool camera(const char *text, const char *k_key, const char *dist_key, se
     return true;
 }
 
-bool dataset_read_meta(const char *set, selfcal_camera_t *left, selfcal_camera_t *right,
-                       struct rig *reference)
+bool dataset_read_meta(const char *set, selfcal_factory_t *factory, struct rig *reference)
 {
     char path[PATH_ROOM], text[TEXT_ROOM];
     snprintf(path, sizeof path, "%s/meta.json", set);
@@ -63,8 +62,9 @@ bool dataset_read_meta(const char *set, selfcal_camera_t *left, selfcal_camera_t
         fprintf(stderr, "error: %s: this example reads sets without \"lens\" only\n", path);
         return false;
     }
-    if (!camera(text, "\"K_l\"", "\"dist_l\"", left) ||
-        !camera(text, "\"K_r\"", "\"dist_r\"", right) ||
+    *factory = (selfcal_factory_t){0}; /* cameras side by side, a guess */
+    if (!camera(text, "\"K_l\"", "\"dist_l\"", &factory->left) ||
+        !camera(text, "\"K_r\"", "\"dist_r\"", &factory->right) ||
         !numbers(text, "\"R\"", reference->rotation, 9) ||
         !numbers(text, "\"t\"", reference->translation, 3)) {
         fprintf(stderr, "error: %s lacks cameras or reference\n", path);

@@ -13,9 +13,8 @@ struct rig {
     double translation[3];
 };
 
-/* Reads both cameras and the reference of a set; false, with a message, if it fails. */
-bool dataset_read_meta(const char *set, selfcal_camera_t *left, selfcal_camera_t *right,
-                       struct rig *reference);
+/* Reads both cameras, as those of a guess, and the reference of a set; false, with a message, if it fails. */
+bool dataset_read_meta(const char *set, selfcal_factory_t *factory, struct rig *reference);
 
 enum dataset_pair { DATASET_PAIR, DATASET_END, DATASET_ERROR };
 

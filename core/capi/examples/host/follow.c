@@ -42,17 +42,16 @@ static bool write_memory(const char *path)
 
 static bool start(const char *set, const char *memory, struct rig *reference)
 {
-    selfcal_camera_t left, right;
-    if (!dataset_read_meta(set, &left, &right, reference) ||
-        !done(selfcal_init(&cal, sizeof cal, NULL), "start") ||
-        !done(selfcal_link_init(&wire, sizeof wire), "link") ||
-        !done(selfcal_set_cameras(&cal, &left, &right), "cameras"))
+    selfcal_factory_t factory;
+    if (!dataset_read_meta(set, &factory, reference) ||
+        !done(selfcal_init(&cal, sizeof cal, NULL, &factory), "start") ||
+        !done(selfcal_link_init(&wire, sizeof wire), "link"))
         return false;
     size_t length = read_memory(memory);
     if (length > 0) {
         /* A refused record is no failure: the rig starts from the factory extrinsics. */
         selfcal_error_t error = selfcal_restore(&cal, record, length);
-        fprintf(stderr, "memory: %s\n", error ? selfcal_error_string(error) : "restored");
+        fprintf(stderr, "memory: %s\n", error ? selfcal_string(error) : "restored");
     }
     return true;
 }
@@ -68,9 +67,12 @@ static unsigned feed(const uint8_t *bytes, size_t length)
         bytes += used;
         length -= used;
         if (error != SELFCAL_OK)
-            fprintf(stderr, "link: %s\n", selfcal_error_string(error));
-        if (frame.whole)
-            accepted += take_pair(&cal, (unsigned)frame.sequence, frame.taken);
+            fprintf(stderr, "link: %s\n", selfcal_string(error));
+        if (frame.whole) {
+            selfcal_outcome_t outcome = {0};
+            error = selfcal_solve_pair(&cal, &outcome);
+            accepted += print_pair(error, &outcome, (unsigned)frame.sequence, frame.taken);
+        }
     } while (used > 0 && length > 0);
     return accepted;
 }

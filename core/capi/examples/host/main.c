@@ -16,23 +16,22 @@ static void print_health(const selfcal_health_t *health)
     printf("row_offset_in_use_px %.3f\n", health->in_use_px);
     printf("row_offset_proposed_px %.3f\n", health->proposed_px);
     printf("coverage %.2f\n", health->coverage);
-    printf("band %s\n", selfcal_band_string(health->band));
-    printf("arming %s\n", selfcal_arming_string(health->arming));
+    printf("band %s\n", selfcal_string(health->band));
+    printf("may_arm %s\n", health->may_arm ? "yes" : "no");
 }
 
 /* Applies the estimate and prints the input of a rectifier. */
 static bool apply(void)
 {
-    uint32_t generation;
+    selfcal_calibration_t applied;
     selfcal_rectified_camera_t camera;
     selfcal_homographies_t homographies;
-    if (!done(selfcal_apply(&cal, NULL), "apply") ||
-        !done(selfcal_generation(&cal, &generation), "generation") ||
+    if (!done(selfcal_apply(&cal, &applied), "apply") ||
         !done(selfcal_choose_camera(&cal, SELFCAL_SOURCE_IN_USE, 0, &camera), "camera") ||
         !done(selfcal_homographies(&cal, SELFCAL_SOURCE_IN_USE, &camera, &homographies),
               "homographies"))
         return false;
-    printf("generation %u\n", (unsigned)generation);
+    printf("generation %u\n", (unsigned)applied.generation);
     print_numbers("rectified_focal_px", &camera.focal_px, 1);
     print_numbers("H_l", homographies.left, 9);
     print_numbers("H_r", homographies.right, 9);
@@ -41,11 +40,10 @@ static bool apply(void)
 
 static bool calibrate(const char *set)
 {
-    selfcal_camera_t left, right;
+    selfcal_factory_t factory;
     struct rig reference;
-    if (!dataset_read_meta(set, &left, &right, &reference) ||
-        !done(selfcal_init(&cal, sizeof cal, NULL), "start") ||
-        !done(selfcal_set_cameras(&cal, &left, &right), "cameras"))
+    if (!dataset_read_meta(set, &factory, &reference) ||
+        !done(selfcal_init(&cal, sizeof cal, NULL, &factory), "start"))
         return false;
 
     static selfcal_correspondence_t matches[SELFCAL_CAPACITY];
@@ -70,13 +68,11 @@ static bool calibrate(const char *set)
         case DATASET_PAIR:
             break;
         }
-        /* Refused matches are counted and are no failure. */
-        if (!done(selfcal_push_array(&cal, matches, count, NULL), "matches"))
-            return false;
-        accepted += take_pair(&cal, pairs, count);
-        has_health = selfcal_health(&cal, &health) == SELFCAL_OK;
-        if (!done(selfcal_clear_pair(&cal), "clear"))
-            return false;
+        /* Refused matches are counted and are no failure; nor is a refused pair. */
+        selfcal_outcome_t outcome = {0};
+        selfcal_error_t error = selfcal_take_pair(&cal, matches, count, &outcome);
+        accepted += print_pair(error, &outcome, pairs, count);
+        has_health = selfcal_health(&cal, &health, NULL) == SELFCAL_OK;
     }
 }
 

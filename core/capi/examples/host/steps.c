@@ -7,21 +7,16 @@
 bool done(selfcal_error_t error, const char *what)
 {
     if (error != SELFCAL_OK)
-        fprintf(stderr, "error: %s: %s (%d)\n", what, selfcal_error_string(error), (int)error);
+        fprintf(stderr, "error: %s: %s (%d)\n", what, selfcal_string(error), (int)error);
     return error == SELFCAL_OK;
 }
 
-bool take_pair(selfcal_t *cal, unsigned number, size_t count)
+bool print_pair(selfcal_error_t error, const selfcal_outcome_t *outcome, unsigned number, size_t count)
 {
-    selfcal_fused_t fused;
-    selfcal_report_t report;
-    selfcal_error_t error = selfcal_solve_pair(cal);
-    if (error == SELFCAL_OK)
-        error = selfcal_fuse(cal, &fused);
     fprintf(stderr, "pair %2u, %3zu matches: ", number, count);
-    if (selfcal_report(cal, &report) == SELFCAL_OK)
-        fprintf(stderr, "%6.3f > %5.3f px, ", report.rms_px_before, report.rms_px_after);
-    fprintf(stderr, "%s\n", error ? selfcal_error_string(error) : selfcal_fused_string(fused));
+    if (outcome->has_pair)
+        fprintf(stderr, "%6.3f > %5.3f px, ", outcome->pair.rms_px_before, outcome->pair.rms_px_after);
+    fprintf(stderr, "%s\n", selfcal_string(error ? error : outcome->fused));
     return error == SELFCAL_OK;
 }
 
@@ -42,7 +37,7 @@ bool print_estimate(const selfcal_t *cal, unsigned pairs, unsigned accepted,
     printf("pairs %u\n", pairs);
     printf("accepted %u\n", accepted);
     printf("behind_the_estimate %u\n", (unsigned)proposal.pairs);
-    printf("state %s\n", selfcal_state_string(proposal.state));
+    printf("state %s\n", selfcal_string(proposal.state));
     print_numbers("R", proposal.extrinsics.rotation, 9);
     print_numbers("t", proposal.extrinsics.translation, 3);
     print_numbers("sd_rotation", &proposal.sd.rotation_rad, 1);

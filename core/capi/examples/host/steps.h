@@ -7,8 +7,8 @@
 /* Whether a call succeeded; prints its error if not. */
 bool done(selfcal_error_t error, const char *what);
 
-/* Solves and fuses the batch; false if it is refused, which is no failure. */
-bool take_pair(selfcal_t *cal, unsigned number, size_t count);
+/* Prints what became of a pair of `count` matches; whether it was fused. A refused pair is no failure. */
+bool print_pair(selfcal_error_t error, const selfcal_outcome_t *outcome, unsigned number, size_t count);
 
 void print_numbers(const char *name, const float *numbers, int count);
 

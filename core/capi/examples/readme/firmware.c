@@ -8,26 +8,27 @@ enum { FACTORY_PAGE, SNAPSHOT_PAGE, PAIRS_PER_SNAPSHOT = 1000 };
 static selfcal_t cal;
 static selfcal_link_t wire; /* decodes the frames of core/src/link/FORMAT.md */
 static uint8_t record[SELFCAL_SNAPSHOT_BYTES], bytes[64];
-static bool take_pair(void) /* refusals are normal, of bad pairs and before the estimate is locked */
+static selfcal_factory_t factory;
+static selfcal_calibration_t rig;
+static void take_pair(void) /* refusals are normal, of bad pairs and before the estimate is locked */
 {
     static unsigned fused;
-    selfcal_calibration_t rig;
     selfcal_health_t health;
-    if (!selfcal_solve_pair(&cal) && !selfcal_fuse(&cal, NULL) && ++fused % PAIRS_PER_SNAPSHOT == 0)
+    if (!selfcal_solve_pair(&cal, NULL) && ++fused % PAIRS_PER_SNAPSHOT == 0)
         if (!selfcal_snapshot(&cal, record)) flash_write(SNAPSHOT_PAGE, record, sizeof record);
     if (!selfcal_apply(&cal, &rig)) rectifier_load(&rig);
-    arming_allow(!selfcal_health(&cal, &health) && health.arming == SELFCAL_ARMING_YES);
-    return !selfcal_clear_pair(&cal);
+    arming_allow(!selfcal_health(&cal, &health, NULL) && health.may_arm);
 }
 int main(void) /* returns an error that calls for a restart */
 {
     size_t used, length = flash_read(FACTORY_PAGE, record, sizeof record);
-    if (selfcal_init(&cal, sizeof cal, NULL) || selfcal_link_init(&wire, sizeof wire)) return 1;
-    if (selfcal_factory_from_record(&cal, record, length)) return 2;
+    if (selfcal_factory_from_record(&factory, record, length)) return 1;
+    if (selfcal_init(&cal, sizeof cal, NULL, &factory) || selfcal_link_init(&wire, sizeof wire)) return 2;
     length = flash_read(SNAPSHOT_PAGE, record, sizeof record);
     if (selfcal_restore(&cal, record, length)) arming_allow(false); /* starts from the factory */
+    if (!selfcal_in_use(&cal, &rig)) rectifier_load(&rig); /* from the first image on */
     for (selfcal_frame_t frame;;)
         for (uint8_t *at = bytes, *end = at + uart_read(at, sizeof bytes); at < end; at += used)
             if (selfcal_link_feed(&wire, &cal, at, (size_t)(end - at), &used, &frame)) return 3;
-            else if (frame.whole && !take_pair()) return 4;
+            else if (frame.whole) take_pair();
 }

@@ -1,28 +1,28 @@
 /* Input: "u_left v_left u_right v_right" a line, px; any other line ends a stereo pair. */
 #include <stdio.h>
 #include "stereo_selfcal.h"
-static selfcal_t cal; /* 256 matches a pair: 12,224 bytes */
+static selfcal_t cal; /* 256 matches a pair: 11,808 bytes */
 static bool ok(selfcal_error_t error)
 {
-    if (error != SELFCAL_OK) fprintf(stderr, "%s\n", selfcal_error_string(error));
+    if (error != SELFCAL_OK) fprintf(stderr, "%s\n", selfcal_string(error));
     return error == SELFCAL_OK;
 }
-static void take_pair(void) /* a refused pair is normal: continue with the next one */
+static void take_pair(void) /* a pair that is not fused is normal: continue with the next one */
 {
     selfcal_health_t health;
-    if (ok(selfcal_solve_pair(&cal))) ok(selfcal_fuse(&cal, NULL));
-    if (ok(selfcal_health(&cal, &health)))
+    ok(selfcal_solve_pair(&cal, NULL));
+    if (ok(selfcal_health(&cal, &health, NULL)))
         printf("%s, row offset %.2f px, %.2f px by the estimate\n",
-               selfcal_state_string(health.state), health.in_use_px, health.proposed_px);
-    ok(selfcal_clear_pair(&cal));
+               selfcal_string(health.state), health.in_use_px, health.proposed_px);
 }
 int main(void)
 {
     selfcal_camera_t camera = {{1400, 1400}, {959.5f, 599.5f}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
-    /* Side by side. selfcal_set_factory is for extrinsics of a calibration: their yaw is held. */
-    selfcal_correspondence_t m = {.score = 1}; selfcal_calibration_t found; /* extrinsics and their cameras */
-    if (!ok(selfcal_init(&cal, sizeof cal, NULL)) ||
-        !ok(selfcal_set_cameras(&cal, &camera, &camera))) return 1;
+    /* Side by side, a guess. With .extrinsics of a calibration their yaw is held. */
+    selfcal_factory_t factory = {.left = camera, .right = camera};
+    selfcal_correspondence_t m = {.score = 1};
+    selfcal_calibration_t found; /* extrinsics and their cameras */
+    if (!ok(selfcal_init(&cal, sizeof cal, NULL, &factory))) return 1;
     for (char s[128]; fgets(s, sizeof s, stdin) != NULL;)
         if (sscanf(s, "%f%f%f%f", &m.left_px[0], &m.left_px[1], &m.right_px[0], &m.right_px[1]) < 4)
             take_pair();

@@ -10,15 +10,17 @@ use anyhow::{Context, Result};
 use cbindgen::{Builder, Config};
 
 /// In the order of the header.
-const SOURCES: [&str; 19] = [
+const SOURCES: [&str; 21] = [
     "capacity",
     "error",
+    "enumeration",
     "instance",
-    "lifecycle",
     "config",
     "lens",
     "camera",
     "extrinsics",
+    "factory",
+    "lifecycle",
     "calibration",
     "push",
     "link",

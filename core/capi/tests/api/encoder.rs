@@ -98,9 +98,9 @@ fn the_vectors_are_counted_as_their_text_says() {
     for part in text.split("# ").skip(1) {
         let name = part.split(".bin").next().unwrap();
         let expected = part.lines().nth(1).unwrap();
-        let (mut link, mut cal, bytes) = (Link::new(), Cal::new(None), vector(name));
+        let (mut link, mut cal, bytes) = (Link::new(), Cal::new(), vector(name));
         let mut rest = bytes.as_slice();
-        // Without cameras each whole frame is refused, and counted.
+        // Each whole frame is of another image size: refused, and counted.
         while !rest.is_empty() {
             let (_, used, frame) = link.feed(&mut cal, rest);
             assert_eq!(frame, NONE);
@@ -136,7 +136,7 @@ fn what_no_frame_can_carry_is_refused() {
             selfcal_correspondence_t { right_px: [0.0, 2e6], ..MATCH },
             SELFCAL_ERROR_FRAME_COORDINATE,
         ),
-        (selfcal_correspondence_t { score: f32::NAN, ..MATCH }, SELFCAL_ERROR_FRAME_SCORE),
+        (selfcal_correspondence_t { score: f32::NAN, ..MATCH }, SELFCAL_ERROR_SCORE),
         (selfcal_correspondence_t { grid_step_px: 3.0, ..MATCH }, SELFCAL_ERROR_FRAME_GRID_STEP),
     ];
     for (bad, why) in cases {
@@ -148,9 +148,9 @@ fn what_no_frame_can_carry_is_refused() {
     assert_eq!(frame.end().unwrap().len(), 32 + 16 + 4);
 
     let headers = [
-        (selfcal_frame_header_t { fraction_bits: 9, ..HEADER }, SELFCAL_ERROR_FRAME_FRACTION_BITS),
-        (selfcal_frame_header_t { pyramid_ratio: 63, ..HEADER }, SELFCAL_ERROR_FRAME_PYRAMID_RATIO),
-        (selfcal_frame_header_t { flags: 4, ..HEADER }, SELFCAL_ERROR_FRAME_FLAGS),
+        (selfcal_frame_header_t { fraction_bits: 9, ..HEADER }, SELFCAL_ERROR_FRAME_HEADER),
+        (selfcal_frame_header_t { pyramid_ratio: 63, ..HEADER }, SELFCAL_ERROR_FRAME_HEADER),
+        (selfcal_frame_header_t { flags: 4, ..HEADER }, SELFCAL_ERROR_FRAME_HEADER),
     ];
     for (bad, why) in headers {
         assert_eq!(Frame::begin(&bad).err(), Some(why));

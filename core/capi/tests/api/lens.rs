@@ -1,24 +1,23 @@
 //! Lens models, their prior and its estimate through C are those of Rust.
 
-use std::mem::MaybeUninit;
-
 use stereo_selfcal::{Config, State};
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::selfcal_lens_t::*;
 use stereo_selfcal_capi::*;
 
 use crate::life::{bits, run, twins};
-use crate::rig::{Cal, config, get, recorded};
+use crate::rig::{Cal, defaults, factory, get, recorded};
 
 #[test]
 fn the_robust_preset_with_a_lens_prior_is_bit_identical_to_rust() {
     let set = recorded();
     for focal in [0.0, 0.002] {
-        let prior = selfcal_lens_prior_t { focal, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
-        let mut c = config(selfcal_config_robust);
-        // SAFETY: a live configuration.
-        assert_eq!(unsafe { selfcal_config_set_lens_prior(&mut c, prior) }, SELFCAL_OK);
-        let rust = Config::robust().with_lens_prior(prior.into()).unwrap();
+        let yaw_rad = 4e-3;
+        let lens_prior =
+            selfcal_lens_prior_t { focal, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0, yaw_rad };
+        let c = selfcal_config_t { has_lens_prior: 1, lens_prior, ..defaults() };
+        let rust = Config::robust().with_lens_prior(lens_prior.into());
+        let rust = rust.and_then(|rust| rust.with_lens_yaw_sd_rad(yaw_rad)).unwrap();
         let (mut cal, mut twin) = twins(&set, &c, rust);
         assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
         assert_eq!(twin.proposal().unwrap().lens.is_some(), focal > 0.0);
@@ -39,14 +38,10 @@ fn rays_and_pixels_of_all_lens_models_are_those_of_the_core() {
     let brown = camera(SELFCAL_LENS_RADIAL_TANGENTIAL, five([-0.28, 0.04, 1e-3, -1e-4, 0.11]));
     let fisheye = camera(SELFCAL_LENS_FISHEYE, five([-0.01, 0.02, -0.003, 1e-3, 0.0]));
     let rational = camera(SELFCAL_LENS_RATIONAL, [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2]);
-    let mut cal = Cal::new(None);
     for (left, right) in [(pinhole, brown), (fisheye, pinhole), (rational, brown)] {
-        // SAFETY: live objects.
-        assert_eq!(unsafe { selfcal_set_cameras(cal.ptr(), &left, &right) }, SELFCAL_OK);
-        let mut kept = MaybeUninit::zeroed();
-        assert_eq!(get!(cal, selfcal_cameras, kept.as_mut_ptr()), Ok(right));
-        // SAFETY: zeros are a camera, and the call fills it.
-        assert_eq!(unsafe { kept.assume_init() }, left);
+        let mut cal = Cal::made(None, &selfcal_factory_t { left, right, ..factory(&recorded()) });
+        let used = get!(cal, selfcal_in_use).unwrap();
+        assert_eq!([used.left, used.right], [left, right]);
         for side in [0, 1] {
             let pixel = [20.0_f32, 460.0];
             let [mut ray, mut back] = [[0.0; 2]; 2];

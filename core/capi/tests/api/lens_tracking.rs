@@ -1,7 +1,5 @@
 //! Errors of the lens models that are compensated: cameras and extrinsics stay together.
 
-use std::mem::MaybeUninit;
-
 use host_tests::data::Dataset;
 use host_tests::synth::{LensErrors, Scene, rig};
 use stereo_selfcal::{Config, LensTracking};
@@ -13,7 +11,7 @@ use stereo_selfcal_capi::*;
 
 use crate::life::{Twin, bits, change_what_is_in_use, push, run, take_pair, twins};
 use crate::record::{restore, snapshot};
-use crate::rig::{Cal, cameras, config, get, pair};
+use crate::rig::{Cal, cameras, defaults, factory, get, health, pair};
 
 /// What the right focal length is longer than given, relative.
 const LONGER: f32 = 0.003;
@@ -27,10 +25,7 @@ fn longer() -> Dataset {
 }
 
 fn tracking(tracking: selfcal_lens_tracking_t) -> selfcal_config_t {
-    let mut c = config(selfcal_config_robust);
-    // SAFETY: a live configuration.
-    assert_eq!(unsafe { selfcal_config_set_lens_tracking(&mut c, tracking as u32) }, SELFCAL_OK);
-    c
+    selfcal_config_t { lens_tracking: tracking as u32, ..defaults() }
 }
 
 fn compensating(set: &Dataset) -> (Cal, Box<Twin>) {
@@ -38,19 +33,11 @@ fn compensating(set: &Dataset) -> (Cal, Box<Twin>) {
     twins(set, &tracking(SELFCAL_LENS_TRACKING_COMPENSATE), rust)
 }
 
-/// The cameras as given.
-fn given(cal: &mut Cal) -> [selfcal_camera_t; 2] {
-    let mut left = MaybeUninit::zeroed();
-    let right = get!(cal, selfcal_cameras, left.as_mut_ptr()).unwrap();
-    // SAFETY: zeros are a camera, and the call fills it.
-    [unsafe { left.assume_init() }, right]
-}
-
 /// Relative length of the right focal length in use beyond the given one, and the right camera in use.
 fn in_use(cal: &mut Cal, set: &Dataset) -> (f32, selfcal_camera_t) {
-    let used = get!(cal, selfcal_calibration_in_use).unwrap();
+    let used = get!(cal, selfcal_in_use).unwrap();
     let [left, right] = cameras(set);
-    assert_eq!((given(cal), used.left), ([left, right], left));
+    assert_eq!(used.left, left);
     (used.right.focal_px[0] / right.focal_px[0] - 1.0, used.right)
 }
 
@@ -74,18 +61,14 @@ fn take_all(cal: &mut Cal, set: &Dataset) -> usize {
     let mut corrected = 0;
     for index in 0..PAIRS {
         let (all, _) = pair(set, index);
-        get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
-        // SAFETY: live storage.
-        assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
-        if get!(cal, selfcal_fuse) == Ok(SELFCAL_FUSED_LENS_CORRECTED) {
+        let outcome = get!(cal, selfcal_take_pair, all.as_ptr(), all.len()).unwrap();
+        if outcome.fused == SELFCAL_FUSED_LENS_CORRECTED {
             corrected += 1;
             assert_eq!(get!(cal, selfcal_batch).unwrap().held, 0);
             assert_eq!(get!(cal, selfcal_proposal), Err(SELFCAL_ERROR_NO_ESTIMATE));
-            assert_eq!(get!(cal, selfcal_health), Err(SELFCAL_ERROR_NO_HEALTH));
-            assert!(get!(cal, selfcal_report).is_ok());
+            assert_eq!(health(cal).0, Err(SELFCAL_ERROR_NO_ESTIMATE));
+            assert!(outcome.has_pair);
         }
-        // SAFETY: live storage.
-        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
     }
     corrected
 }
@@ -105,7 +88,7 @@ fn a_longer_focal_length_is_compensated_and_rectified_with() {
     let by_given = pixel(&mut cal, [0.4, -0.2]);
     let proposal = get!(cal, selfcal_proposal).unwrap();
     let applied = get!(cal, selfcal_apply).unwrap();
-    assert_eq!(get!(cal, selfcal_calibration_in_use), Ok(applied));
+    assert_eq!(get!(cal, selfcal_in_use), Ok(applied));
     assert_eq!(applied.extrinsics, proposal.applicable);
     let (longer, right) = in_use(&mut cal, &set);
     assert!((longer - LONGER).abs() < 3e-4, "{longer}");
@@ -114,12 +97,9 @@ fn a_longer_focal_length_is_compensated_and_rectified_with() {
     assert!((moved - 0.4 * 1400.0 * LONGER).abs() < 0.3, "{moved}");
 
     // As a calibrator that is given the cameras and the extrinsics of the calibration in use.
-    let mut other = Cal::new(None);
-    // SAFETY: live objects.
-    unsafe {
-        assert_eq!(selfcal_set_cameras(other.ptr(), &applied.left, &right), SELFCAL_OK);
-        assert_eq!(selfcal_set_factory(other.ptr(), &applied.extrinsics), SELFCAL_OK);
-    }
+    let selfcal_calibration_t { left, extrinsics, .. } = applied;
+    let mut other =
+        Cal::made(None, &selfcal_factory_t { left, right, extrinsics, ..factory(&set) });
     let [h, expected] = [homographies(&mut cal), homographies(&mut other)];
     let apart = h.right.iter().zip(expected.right).map(|(a, b)| (a - b).abs());
     assert!(apart.fold(0.0, f32::max) < 1e-3, "{h:?} {expected:?}");
@@ -132,11 +112,11 @@ fn compensation_is_bit_identical_to_rust_and_kept_over_a_loss_of_power() {
     run(&mut cal, &mut twin, &set);
     assert!(!twin.proposal().unwrap().correction.is_none());
     let record = snapshot(&mut cal);
-    let used = get!(cal, selfcal_calibration_in_use).unwrap();
+    let used = get!(cal, selfcal_in_use).unwrap();
     let (mut next, mut next_twin) = compensating(&set);
     assert_eq!(restore(&mut next, &record), SELFCAL_OK);
     next_twin.restore(&record).unwrap();
-    let restored = get!(next, selfcal_calibration_in_use).unwrap();
+    let restored = get!(next, selfcal_in_use).unwrap();
     assert_eq!([restored.left, restored.right], [used.left, used.right]);
     assert_eq!(bits(&restored.right.focal_px), bits(&used.right.focal_px));
     push(&mut next, &mut next_twin, &set, 0);
@@ -148,27 +128,12 @@ fn compensation_is_bit_identical_to_rust_and_kept_over_a_loss_of_power() {
 }
 
 #[test]
-fn a_tracking_that_is_none_is_refused_and_changes_nothing() {
+fn only_the_tracking_that_compensates_corrects_the_lens() {
     let set = longer();
-    let mut c = tracking(SELFCAL_LENS_TRACKING_COMPENSATE);
-    for none in [2, 255, u32::MAX] {
-        // SAFETY: a live configuration.
-        let code = unsafe { selfcal_config_set_lens_tracking(&mut c, none) };
-        assert_eq!(code, SELFCAL_ERROR_VALUE);
-    }
-    let report = tracking(SELFCAL_LENS_TRACKING_REPORT);
-    let mut blank = MaybeUninit::<selfcal_config_t>::zeroed();
-    // SAFETY: zeros are no configuration, and null is none.
-    let codes = unsafe {
-        [
-            selfcal_config_set_lens_tracking(blank.as_mut_ptr(), 1),
-            selfcal_config_set_lens_tracking(std::ptr::null_mut(), 1),
-        ]
-    };
-    assert_eq!(codes, [SELFCAL_ERROR_CONFIG_NOT_INITIALISED, SELFCAL_ERROR_NULL]);
-    // The refused values have left the configurations as they were.
-    for (c, compensates) in [(c, true), (report, false)] {
-        let mut cal = Cal::of(&set, Some(&c));
+    for (which, compensates) in
+        [(SELFCAL_LENS_TRACKING_COMPENSATE, true), (SELFCAL_LENS_TRACKING_REPORT, false)]
+    {
+        let mut cal = Cal::of(&set, Some(&tracking(which)));
         assert_eq!(take_all(&mut cal, &set) > 0, compensates);
     }
 }

@@ -4,14 +4,18 @@ use std::ptr;
 
 use host_tests::data::Dataset;
 use nalgebra::Matrix3;
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{
-    Calibration, Calibrator, Cameras, Central, Config, Extrinsics, FactoryCalibration, Outcome,
-    PairReport, Pushed, RectifiedCamera, RectifyingRotations, State,
+    Calibration, Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, PairReport, State,
 };
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
-use crate::rig::{Cal, Observed, config, get, pair, recorded};
+use crate::rig::{
+    Cal, Observed, advance, defaults, factory, finish, get, health, pair, paper, recorded,
+};
 
 pub(crate) type Twin = Calibrator<f32, SELFCAL_CAPACITY>;
 
@@ -28,6 +32,7 @@ fn assert_same_calibration(c: &selfcal_calibration_t, rust: &Calibration<f32>) {
     assert_same(&c.extrinsics, &rust.extrinsics);
     assert_eq!(c.left, (&rust.cameras.left).into());
     assert_eq!(c.right, (&rust.cameras.right).into());
+    assert_eq!(c.generation, rust.generation);
 }
 
 fn assert_rows(c: &[f32; 9], rust: &Matrix3<f32>) {
@@ -52,24 +57,23 @@ pub(crate) fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) 
 }
 
 /// Solves in both, pass by pass.
-fn solve(cal: &mut Cal, twin: &mut Twin) -> Outcome<f32> {
+fn solve(cal: &mut Cal, twin: &mut Twin) {
     loop {
-        let solved = get!(cal, selfcal_advance_pair);
-        let Some(outcome) = twin.advance_pair() else {
-            assert_eq!(solved, Ok(false));
-            assert_eq!(get!(cal, selfcal_report), Err(SELFCAL_ERROR_NO_REPORT));
-            continue;
-        };
-        match outcome.pair {
-            Some(_) => assert_eq!(solved, Ok(true)),
-            None => assert_eq!(solved, Err(outcome.fused.unwrap_err().into())),
+        let (ended, c) = advance(cal);
+        let rust = twin.advance_pair();
+        assert_eq!(ended, rust.is_some());
+        if let Some(rust) = rust {
+            assert_eq!(c.map(|c| c.fused), rust.fused.map(Into::into).map_err(Into::into));
+            assert_eq!(c.is_ok_and(|c| c.has_pair), rust.fused.is_ok());
+            if let (Ok(c), Some(rust)) = (c, rust.pair) {
+                assert_same_report(&c.pair, &rust);
+            }
+            return;
         }
-        return outcome;
     }
 }
 
-fn assert_same_report(cal: &mut Cal, rust: &PairReport<f32>) {
-    let c = get!(cal, selfcal_report).unwrap();
+fn assert_same_report(c: &selfcal_report_t, rust: &PairReport<f32>) {
     assert_same(&c.extrinsics, &rust.extrinsics);
     let information = rust.information.matrix();
     for (i, row) in c.information.iter().enumerate() {
@@ -101,8 +105,9 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     let c = get!(cal, selfcal_proposal).unwrap();
     assert_same(&c.extrinsics, &rust.extrinsics);
     assert_same(&c.applicable, &rust.applicable);
-    assert_eq!((c.pairs, c.state, c.doubt), (rust.pairs, rust.state.into(), rust.doubt.into()));
-    assert_eq!(c.baseline_observed, rust.baseline_observed);
+    assert_eq!((c.pairs, c.state), (rust.pairs, rust.state.into()));
+    assert_eq!(c.reasons, u32::from(rust.reasons().bits()) << 16);
+    assert_eq!((c.baseline_observed, c.lens_yaw), (rust.baseline_observed, rust.lens_yaw.into()));
     let sd = [c.sd.rotation_rad, c.sd.translation_rad];
     assert_eq!(bits(&sd), bits(&[rust.sd.rotation, rust.sd.translation]));
     assert_eq!((c.sd_lens, c.vibration), (rust.sd_lens.into(), rust.vibration.into()));
@@ -119,39 +124,38 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
 }
 
 fn assert_same_health(cal: &mut Cal, twin: &Twin) {
-    let Ok(rust) = twin.health() else {
-        assert_eq!(get!(cal, selfcal_health), Err(SELFCAL_ERROR_NO_HEALTH));
-        return;
+    let (c, cause) = health(cal);
+    let rust = match twin.health() {
+        Ok(rust) => rust,
+        Err(none) => {
+            assert_eq!((c, cause), (Err(none.into()), none.cause().into()));
+            return;
+        }
     };
-    let c = get!(cal, selfcal_health).unwrap();
+    let c = c.unwrap();
     assert_eq!(
-        bits(&[c.in_use_px, c.proposed_px, c.off_px, c.coverage, c.yaw_rad, c.weakest.sd_rad]),
+        bits(&[c.in_use_px, c.proposed_px, c.off_px, c.coverage, c.yaw_rad, c.corner_px]),
         bits(&[
             rust.in_use_px,
             rust.proposed_px,
             rust.off_px,
             rust.coverage,
             rust.yaw,
-            rust.weakest.map_or(0.0, |(_, sd)| sd)
+            rust.corner_px
         ])
     );
     assert_eq!((c.fit_in_use, c.fit_proposed), (rust.fit_in_use, rust.fit_proposed));
     assert_eq!(
-        (c.band, c.state, c.doubt, c.arming, c.reasons),
+        (c.band, c.state, c.may_arm, c.reasons),
         (
             rust.band.into(),
             rust.state.into(),
-            rust.doubt.into(),
-            rust.arming.into(),
-            rust.reasons.bits().into()
+            rust.reasons.may_arm(),
+            u32::from(rust.reasons.bits()) << 16
         )
     );
-    assert_eq!((c.sd, c.weakest), (rust.sd.into(), rust.weakest.into()));
-    assert_eq!((c.sd_lens, c.correction), (rust.sd_lens.into(), rust.correction.into()));
-    assert_eq!(c.vibration, rust.vibration.into());
-    assert_eq!(c.baseline_observed, rust.baseline_observed);
     assert_eq!(c.cause, rust.cause.into());
-    assert_eq!(get!(cal, selfcal_likely_cause), Ok(rust.cause.into()));
+    assert_eq!(cause, c.cause);
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];
     // SAFETY: live objects.
@@ -196,10 +200,7 @@ pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
             Ok(rust) => assert_same_calibration(&c.unwrap(), &rust),
             Err(error) => assert_eq!(c, Err(selfcal_error_t::from(error))),
         }
-        assert_same(&get!(cal, selfcal_in_use).unwrap(), &twin.in_use().extrinsics);
-        let c = get!(cal, selfcal_calibration_in_use).unwrap();
-        assert_same_calibration(&c, &twin.in_use());
-        assert_eq!(get!(cal, selfcal_generation), Ok(twin.in_use().generation));
+        assert_same_calibration(&get!(cal, selfcal_in_use).unwrap(), &twin.in_use());
     };
     let (c, rust) = (get!(cal, selfcal_apply), twin.apply());
     check(cal, twin, c, rust);
@@ -213,13 +214,7 @@ pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
 
 /// Solves and fuses the batch in both.
 pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
-    let outcome = solve(cal, twin);
-    if let Some(report) = outcome.pair {
-        assert_same_report(cal, &report);
-        let fused = get!(cal, selfcal_fuse);
-        assert_eq!(fused, outcome.fused.map(Into::into).map_err(Into::into));
-        assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_NO_REPORT));
-    }
+    solve(cal, twin);
     assert_same_estimate(cal, twin);
     assert_same_health(cal, twin);
 }
@@ -233,10 +228,6 @@ pub(crate) fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
         if twin.proposal().is_some() {
             assert_same_rectification(cal, twin, &set.cameras().unwrap());
         }
-        // SAFETY: live storage.
-        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
-        twin.discard_pair();
-        assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_NO_REPORT));
     }
     twin.state()
 }
@@ -249,45 +240,40 @@ pub(crate) fn twins(set: &Dataset, c: &selfcal_config_t, rust: Config) -> (Cal, 
 #[test]
 fn the_robust_preset_is_bit_identical_to_rust() {
     let set = recorded();
-    let (mut cal, mut twin) = twins(&set, &config(selfcal_config_default), Config::default());
+    let (mut cal, mut twin) = twins(&set, &defaults(), Config::default());
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
     assert!(twin.in_use().generation > 0);
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_reset(cal.ptr()) }, SELFCAL_OK);
     twin.reset();
-    assert_eq!(get!(cal, selfcal_generation), Ok(twin.in_use().generation));
+    assert_same_calibration(&get!(cal, selfcal_in_use).unwrap(), &twin.in_use());
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }
 
 #[test]
-fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
-    let mut c = config(selfcal_config_paper);
-    let median = selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32;
-    // SAFETY: a live configuration.
-    let set = unsafe {
-        [
-            selfcal_config_set_prior_sd_rad(&mut c, 0.05),
-            selfcal_config_set_huber_threshold_px(&mut c, 1.5),
-            selfcal_config_set_max_passes(&mut c, 40),
-            selfcal_config_set_step_tolerance_rad(&mut c, 0.0),
-            selfcal_config_set_min_correspondences(&mut c, 20),
-            selfcal_config_set_noise_floor_px(&mut c, 0.05),
-            selfcal_config_set_angle(&mut c, median),
-            selfcal_config_set_max_sd_rad(&mut c, 0.1),
-            selfcal_config_set_max_correction_rad(&mut c, 0.4),
-            selfcal_config_set_memory_pairs(&mut c, 50),
-        ]
+fn the_paper_preset_with_every_parameter_is_bit_identical_to_rust() {
+    let c = selfcal_config_t {
+        prior_sd_rad: 0.05,
+        huber_threshold_px: 1.5,
+        max_passes: 40,
+        step_tolerance_rad: 1e-7,
+        min_correspondences: 20,
+        noise_floor_px: 0.05,
+        angle: selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32,
+        max_sd_rad: 0.1,
+        max_correction_rad: 0.4,
+        memory_pairs: 50,
+        ..paper()
     };
-    assert_eq!(set, [SELFCAL_OK; 10]);
+    let settings = Settings::DEFAULT.with_angle(Central::Median);
+    let settings = settings.with_step_tolerance_rad(1e-7).and_then(|s| s.with_max_sd_rad(0.1));
     let rust = Config::paper()
-        .with_angle(Central::Median)
+        .with_paper(settings.unwrap())
         .with_prior_sd_rad(0.05)
         .and_then(|c| c.with_huber_threshold_px(1.5))
         .and_then(|c| c.with_max_passes(40))
-        .and_then(|c| c.with_step_tolerance_rad(0.0))
         .and_then(|c| c.with_min_correspondences(20))
         .and_then(|c| c.with_noise_floor_px(0.05))
-        .and_then(|c| c.with_max_sd_rad(0.1))
         .and_then(|c| c.with_max_correction_rad(0.4))
         .and_then(|c| c.with_memory_pairs(50))
         .unwrap();
@@ -300,47 +286,46 @@ fn the_paper_preset_with_every_setter_is_bit_identical_to_rust() {
 #[test]
 fn factory_extrinsics_are_bit_identical_to_rust() {
     let set = recorded();
-    let mut cal = Cal::of(&set, Some(&config(selfcal_config_robust)));
+    let mut cal = Cal::of(&set, None);
     // Rounded, and t not of unit length: both sides normalise.
-    let factory = selfcal_extrinsics_t {
+    let extrinsics = selfcal_extrinsics_t {
         rotation: [0.9998, 0.02, 0.0, -0.02, 0.9998, 0.0, 0.0, 0.0, 1.0],
         translation: [-0.12, 0.001, 0.0],
     };
+    let made = selfcal_factory_t { extrinsics, is_guess: 0, yaw_sd_rad: 0.0, ..factory(&set) };
     // SAFETY: live objects.
-    assert_eq!(unsafe { selfcal_set_factory(cal.ptr(), &factory) }, SELFCAL_OK);
-    let r = Matrix3::from_row_slice(&factory.rotation);
-    let extrinsics = Extrinsics::try_new(&r, &factory.translation.into()).unwrap();
+    assert_eq!(unsafe { selfcal_install(cal.ptr(), &made) }, SELFCAL_OK);
+    let r = Matrix3::from_row_slice(&extrinsics.rotation);
+    let rust = Extrinsics::try_new(&r, &extrinsics.translation.into()).unwrap();
     let cameras = set.cameras().unwrap();
     let mut twin = Box::new(Twin::new(Config::robust(), &FactoryCalibration::guess(cameras)));
-    twin.install(&FactoryCalibration::new(cameras, extrinsics));
-    assert_eq!(get!(cal, selfcal_generation), Ok(1));
-    assert_same(&get!(cal, selfcal_in_use).unwrap(), &twin.in_use().extrinsics);
+    twin.install(&FactoryCalibration::new(cameras, rust));
+    let in_use = get!(cal, selfcal_in_use).unwrap();
+    assert_eq!(in_use.generation, 1);
+    assert_same_calibration(&in_use, &twin.in_use());
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }
 
 #[test]
-fn one_call_and_single_pushes_equal_passes_and_arrays() {
+fn arrays_single_pushes_and_steps_equal_one_call() {
     let set = recorded();
-    let (mut by_array, mut by_one) = (Cal::of(&set, None), Cal::of(&set, None));
+    let (mut by_call, mut by_array, mut by_one) = (Cal::new(), Cal::new(), Cal::new());
     for index in 0..4 {
         let (all, _) = pair(&set, index);
+        let taken = get!(by_call, selfcal_take_pair, all.as_ptr(), all.len());
         get!(by_array, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
         for one in &all {
             // SAFETY: live objects.
             assert_eq!(unsafe { selfcal_push(by_one.ptr(), one, ptr::null_mut()) }, SELFCAL_OK);
         }
-        while !get!(by_array, selfcal_advance_pair).unwrap() {}
-        // SAFETY: live storage.
-        assert_eq!(unsafe { selfcal_solve_pair(by_one.ptr()) }, SELFCAL_OK);
-        for cal in [&mut by_array, &mut by_one] {
-            // SAFETY: live storage.
-            assert_eq!(unsafe { selfcal_fuse(cal.ptr(), ptr::null_mut()) }, SELFCAL_OK);
-        }
-        assert_eq!(Observed::of(&mut by_array), Observed::of(&mut by_one));
-        for cal in [&mut by_array, &mut by_one] {
-            // SAFETY: live storage.
-            assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
-        }
+        assert_eq!(finish(&mut by_array), taken);
+        assert_eq!(get!(by_one, selfcal_solve_pair), taken);
+        assert!(taken.unwrap().has_pair);
+        let seen = Observed::of(&mut by_call);
+        assert_eq!(
+            [Observed::of(&mut by_array), Observed::of(&mut by_one)].each_ref(),
+            [&seen, &seen]
+        );
     }
     assert_eq!(get!(by_one, selfcal_state), Ok(selfcal_state_t::SELFCAL_STATE_LOCKED));
 }
@@ -352,16 +337,29 @@ fn a_frozen_calibrator_changes_nothing_until_it_is_released() {
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), true) }, SELFCAL_OK);
     let (all, _) = pair(&set, 0);
-    get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
-    // SAFETY: live storage.
-    assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
-    assert_eq!(get!(cal, selfcal_fuse), Err(SELFCAL_ERROR_FUSE_FROZEN));
-    assert_eq!(get!(cal, selfcal_apply), Err(SELFCAL_ERROR_APPLY_FROZEN));
-    assert_eq!(get!(cal, selfcal_undo), Err(SELFCAL_ERROR_APPLY_FROZEN));
+    let taken = get!(cal, selfcal_take_pair, all.as_ptr(), all.len());
+    assert_eq!(taken, Err(SELFCAL_ERROR_FROZEN));
+    assert_eq!(get!(cal, selfcal_apply), Err(SELFCAL_ERROR_FROZEN));
+    assert_eq!(get!(cal, selfcal_undo), Err(SELFCAL_ERROR_FROZEN));
     // SAFETY: live storage.
     assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), false) }, SELFCAL_OK);
-    get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
+    let taken = get!(cal, selfcal_take_pair, all.as_ptr(), all.len());
+    assert_eq!(taken.unwrap().fused, selfcal_fused_t::SELFCAL_FUSED_ADDED);
+}
+
+#[test]
+fn a_pair_that_is_solved_and_not_fused_has_a_report() {
+    let (mut cal, set) = (Cal::new(), recorded());
     // SAFETY: live storage.
-    assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
-    assert_eq!(get!(cal, selfcal_fuse), Ok(selfcal_fused_t::SELFCAL_FUSED_ADDED));
+    assert_eq!(unsafe { selfcal_set_frozen(cal.ptr(), true) }, SELFCAL_OK);
+    let (all, _) = pair(&set, 0);
+    let mut outcome = std::mem::MaybeUninit::zeroed();
+    // SAFETY: live objects; the outcome is written with the errors of a pair.
+    let (code, outcome) = unsafe {
+        let (from, count) = (all.as_ptr(), all.len());
+        let code = selfcal_take_pair(cal.ptr(), from, count, outcome.as_mut_ptr());
+        (code, outcome.assume_init())
+    };
+    assert_eq!((code, outcome.fused), (SELFCAL_ERROR_FROZEN, selfcal_fused_t::SELFCAL_FUSED_NOT));
+    assert!(outcome.has_pair && outcome.pair.rms_px_after < outcome.pair.rms_px_before);
 }

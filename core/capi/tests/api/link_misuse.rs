@@ -23,7 +23,7 @@ fn a_link_is_small_and_its_structures_have_no_padding() {
 
 /// Calls every function of a link, with valid arguments otherwise.
 fn every_function(link: *mut selfcal_link_t) -> Vec<(&'static str, selfcal_error_t)> {
-    let mut cal = Cal::new(None);
+    let mut cal = Cal::new();
     // SAFETY: live objects, except for the link under test.
     unsafe {
         vec![
@@ -45,7 +45,7 @@ fn every_function_refuses_storage_that_is_no_link() {
         (odd, SELFCAL_ERROR_ALIGNMENT),
         (Link::zeroed().ptr(), SELFCAL_ERROR_NOT_INITIALISED),
         // The magic of a calibrator is not that of a link.
-        (Cal::new(None).ptr().cast(), SELFCAL_ERROR_NOT_INITIALISED),
+        (Cal::new().ptr().cast(), SELFCAL_ERROR_NOT_INITIALISED),
     ] {
         for (name, code) in every_function(link) {
             assert_eq!(code, expected, "{name}");
@@ -104,7 +104,7 @@ fn a_feed_that_is_refused_uses_nothing_and_changes_nothing() {
         codes,
         [
             SELFCAL_ERROR_NULL,
-            SELFCAL_ERROR_COUNT,
+            SELFCAL_ERROR_VALUE,
             SELFCAL_ERROR_NULL,
             SELFCAL_ERROR_NULL,
             SELFCAL_ERROR_ALIGNMENT,

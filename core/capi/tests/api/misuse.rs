@@ -7,7 +7,7 @@ use std::ptr::{null, null_mut};
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
-use crate::rig::{Cal, Observed, at_work, cameras, get, recorded};
+use crate::rig::{Cal, Observed, at_work, factory, get, recorded};
 use crate::source;
 
 pub(crate) static CORRESPONDENCE: selfcal_correspondence_t = selfcal_correspondence_t {
@@ -29,11 +29,7 @@ pub(crate) fn four() -> *mut f32 {
 
 /// Calls every function of a calibrator, with valid arguments otherwise.
 pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_error_t)> {
-    let [left, right] = cameras(&recorded());
-    let factory = selfcal_extrinsics_t {
-        rotation: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
-        translation: [-1.0, 0.0, 0.0],
-    };
+    let factory = factory(&recorded());
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
     let range = selfcal_range_t { pixel_px: [9.0; 2], range_m: 5.0, sd_m: 0.1, along_axis: 0 };
     let tracked = selfcal_tracked_t { words: [0; 10] };
@@ -45,30 +41,23 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         };
     }
     calls! {
-        selfcal_set_cameras(&left, &right);
-        selfcal_cameras(place(), place());
         selfcal_ray(0, two, four());
         selfcal_pixel(0, two, four());
-        selfcal_set_factory(&factory);
+        selfcal_install(&factory);
         selfcal_in_use(place());
-        selfcal_calibration_in_use(place());
-        selfcal_generation(place());
         selfcal_push(c, place());
         selfcal_push_array(c, 1, place());
         selfcal_push_range(&range, place());
         selfcal_track(c, c, place());
         selfcal_push_motion(&tracked, 1, place());
         selfcal_batch(place());
-        selfcal_begin_pair();
-        selfcal_advance_pair(place());
-        selfcal_solve_pair();
-        selfcal_report(place());
-        selfcal_fuse(place());
-        selfcal_clear_pair();
+        selfcal_take_pair(c, 1, place());
+        selfcal_advance_pair(place(), place());
+        selfcal_solve_pair(place());
+        selfcal_discard_pair();
         selfcal_state(place());
         selfcal_proposal(place());
-        selfcal_health(place());
-        selfcal_likely_cause(place());
+        selfcal_health(place(), place());
         selfcal_depth_errors(0.1, four());
         selfcal_apply(place());
         selfcal_undo(place());
@@ -79,8 +68,6 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_homographies(0, &camera, place());
         selfcal_snapshot(null_mut());
         selfcal_restore(null(), 0);
-        selfcal_factory_to_record(null_mut());
-        selfcal_factory_from_record(null(), 0);
     }
 }
 
@@ -117,7 +104,7 @@ fn every_function_refuses_storage_that_is_not_initialised() {
 
 #[test]
 fn every_function_refuses_misaligned_storage() {
-    let mut cal = Cal::new(None);
+    let mut cal = Cal::new();
     for (name, code) in every_function(cal.ptr().cast::<u8>().wrapping_add(1).cast()) {
         assert_eq!(code, SELFCAL_ERROR_ALIGNMENT, "{name}");
     }
@@ -135,13 +122,15 @@ fn storage_is_checked_before_it_is_written() {
     assert!(needed.size <= SELFCAL_STORAGE_SIZE && needed.align <= SELFCAL_STORAGE_ALIGN);
     assert_eq!(needed.capacity, SELFCAL_CAPACITY);
     let odd = cal.ptr().cast::<u8>().wrapping_add(1).cast();
+    let factory = factory(&recorded());
     // SAFETY: null, misaligned or live storage.
     let codes = unsafe {
         [
-            selfcal_init(null_mut(), SELFCAL_STORAGE_SIZE, null()),
-            selfcal_init(odd, SELFCAL_STORAGE_SIZE - 1, null()),
-            selfcal_init(cal.ptr(), needed.size - 1, null()),
-            selfcal_init(cal.ptr(), 0, null()),
+            selfcal_init(null_mut(), SELFCAL_STORAGE_SIZE, null(), &factory),
+            selfcal_init(odd, SELFCAL_STORAGE_SIZE - 1, null(), &factory),
+            selfcal_init(cal.ptr(), needed.size - 1, null(), &factory),
+            selfcal_init(cal.ptr(), 0, null(), &factory),
+            selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, null(), null()),
         ]
     };
     assert_eq!(
@@ -150,20 +139,20 @@ fn storage_is_checked_before_it_is_written() {
             SELFCAL_ERROR_NULL,
             SELFCAL_ERROR_ALIGNMENT,
             SELFCAL_ERROR_STORAGE_SIZE,
-            SELFCAL_ERROR_STORAGE_SIZE
+            SELFCAL_ERROR_STORAGE_SIZE,
+            SELFCAL_ERROR_NULL
         ]
     );
-    assert_eq!(get!(cal, selfcal_generation), Err(SELFCAL_ERROR_NOT_INITIALISED));
+    assert_eq!(get!(cal, selfcal_in_use), Err(SELFCAL_ERROR_NOT_INITIALISED));
     // SAFETY: live storage of that size.
-    assert_eq!(unsafe { selfcal_init(cal.ptr(), needed.size, null()) }, SELFCAL_OK);
-    assert_eq!(get!(cal, selfcal_generation), Ok(0));
+    assert_eq!(unsafe { selfcal_init(cal.ptr(), needed.size, null(), &factory) }, SELFCAL_OK);
+    assert_eq!(get!(cal, selfcal_in_use).unwrap().generation, 0);
 }
 
 #[test]
 fn a_null_argument_is_refused_without_effect() {
     let mut cal = at_work();
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
-    let mut left = MaybeUninit::zeroed();
     let two = CORRESPONDENCE.left_px.as_ptr();
     macro_rules! refuses_null {
         ($($function:ident($($argument:expr),*);)*) => {
@@ -172,27 +161,20 @@ fn a_null_argument_is_refused_without_effect() {
         };
     }
     refuses_null! {
-        selfcal_set_cameras(null(), null());
-        selfcal_set_cameras(left.as_ptr(), null());
-        selfcal_cameras(left.as_mut_ptr(), null_mut());
-        selfcal_cameras(null_mut(), left.as_mut_ptr());
         selfcal_ray(0, two, null_mut());
         selfcal_ray(0, null(), four());
         selfcal_pixel(0, two, null_mut());
         selfcal_pixel(0, null(), four());
-        selfcal_set_factory(null());
+        selfcal_install(null());
         selfcal_in_use(null_mut());
-        selfcal_calibration_in_use(null_mut());
-        selfcal_generation(null_mut());
         selfcal_push(null(), place());
         selfcal_push_array(null(), 1, place());
         selfcal_batch(null_mut());
-        selfcal_advance_pair(null_mut());
-        selfcal_report(null_mut());
+        selfcal_advance_pair(null_mut(), place());
+        selfcal_take_pair(null(), 1, place());
         selfcal_state(null_mut());
         selfcal_proposal(null_mut());
-        selfcal_health(null_mut());
-        selfcal_likely_cause(null_mut());
+        selfcal_health(null_mut(), place());
         selfcal_depth_errors(0.1, null_mut());
         selfcal_rotations(0, null_mut());
         selfcal_choose_camera(0, 0.0, null_mut());
@@ -201,8 +183,6 @@ fn a_null_argument_is_refused_without_effect() {
     }
     // SAFETY: null.
     assert_eq!(unsafe { selfcal_requirements(null_mut()) }, SELFCAL_ERROR_NULL);
-    // SAFETY: null.
-    assert_eq!(unsafe { selfcal_side_by_side(null_mut()) }, SELFCAL_ERROR_NULL);
 }
 
 #[test]
@@ -219,9 +199,9 @@ fn misaligned_arguments_are_refused_without_effect() {
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| {
             selfcal_push_array(cal, odd.cast(), 2, null_mut())
         });
-        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_set_factory(cal, odd.cast()));
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_install(cal, odd.cast()));
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_apply(cal, odd.cast()));
-        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_fuse(cal, odd.cast()));
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_solve_pair(cal, odd.cast()));
     }
 }
 
@@ -231,7 +211,7 @@ fn an_array_may_be_empty_but_not_longer_than_the_address_space() {
     let counts = get!(cal, selfcal_push_array, null(), 0).unwrap();
     assert_eq!((counts.kept, counts.refused, counts.first_refusal), (0, 0, SELFCAL_OK));
     // SAFETY: refused by its count.
-    refused(&mut cal, SELFCAL_ERROR_COUNT, |cal| unsafe {
+    refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| unsafe {
         selfcal_push_array(cal, &raw const CORRESPONDENCE, usize::MAX, null_mut())
     });
 }
@@ -244,37 +224,36 @@ fn an_array_continues_after_a_refusal_and_reports_the_first() {
     let all = [CORRESPONDENCE, bad, worse, CORRESPONDENCE];
     let counts = get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
     assert_eq!((counts.kept, counts.replaced, counts.left_out, counts.refused), (2, 0, 0, 2));
-    assert_eq!(counts.first_refusal, SELFCAL_ERROR_PUSH_SCORE);
+    assert_eq!(counts.first_refusal, SELFCAL_ERROR_SCORE);
 }
 
 #[test]
 fn numbers_that_are_not_finite_or_out_of_range_are_refused() {
     let mut cal = at_work();
-    let [good, _] = cameras(&recorded());
+    let good = factory(&recorded());
     for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-        let factory = selfcal_extrinsics_t { rotation: [bad; 9], translation: [-1.0, 0.0, 0.0] };
+        let extrinsics = selfcal_extrinsics_t { rotation: [bad; 9], translation: [-1.0, 0.0, 0.0] };
+        let turned = selfcal_factory_t { extrinsics, ..good };
+        let right = selfcal_camera_t { focal_px: [bad, 500.0], ..good.right };
+        let blind = selfcal_factory_t { right, ..good };
         let own = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [bad, 0.0] };
-        let camera = selfcal_camera_t { focal_px: [bad, 500.0], ..good };
         let ray = [bad, 0.0];
         // SAFETY: live objects.
         unsafe {
-            refused(&mut cal, SELFCAL_ERROR_EXTRINSICS_NOT_A_ROTATION, |cal| {
-                selfcal_set_factory(cal, &factory)
-            });
-            refused(&mut cal, SELFCAL_ERROR_RIGHT_FOCAL_LENGTH, |cal| {
-                selfcal_set_cameras(cal, &good, &camera)
-            });
-            refused(&mut cal, SELFCAL_ERROR_BASELINE, |cal| selfcal_depth_errors(cal, bad, four()));
-            refused(&mut cal, SELFCAL_ERROR_RECTIFY_ALPHA, |cal| {
+            for factory in [turned, blind] {
+                refused(&mut cal, SELFCAL_ERROR_FACTORY, |cal| selfcal_install(cal, &factory));
+            }
+            refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_depth_errors(cal, bad, four()));
+            refused(&mut cal, SELFCAL_ERROR_ALPHA, |cal| {
                 selfcal_choose_camera(cal, 0, bad, place())
             });
-            refused(&mut cal, SELFCAL_ERROR_RECTIFIED_CAMERA, |cal| {
+            refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| {
                 selfcal_homographies(cal, 0, &own, place())
             });
-            refused(&mut cal, SELFCAL_ERROR_RAY_NOT_FINITE, |cal| {
+            refused(&mut cal, SELFCAL_ERROR_NOT_FINITE, |cal| {
                 selfcal_ray(cal, 0, ray.as_ptr(), four())
             });
-            refused(&mut cal, SELFCAL_ERROR_PIXEL_NOT_FINITE, |cal| {
+            refused(&mut cal, SELFCAL_ERROR_NOT_FINITE, |cal| {
                 selfcal_pixel(cal, 1, ray.as_ptr(), four())
             });
         }
@@ -283,10 +262,8 @@ fn numbers_that_are_not_finite_or_out_of_range_are_refused() {
     let two = CORRESPONDENCE.left_px.as_ptr();
     // SAFETY: live objects.
     unsafe {
-        refused(&mut cal, SELFCAL_ERROR_BASELINE, |cal| selfcal_depth_errors(cal, 0.0, four()));
-        refused(&mut cal, SELFCAL_ERROR_RECTIFIED_CAMERA, |cal| {
-            selfcal_homographies(cal, 0, &own, place())
-        });
+        refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_depth_errors(cal, 0.0, four()));
+        refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_homographies(cal, 0, &own, place()));
         refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_rotations(cal, 3, place()));
         refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_ray(cal, 2, two, four()));
     }

@@ -8,38 +8,29 @@ use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
 use crate::misuse::{place, refused};
-use crate::record::{Read, Write, read, record, restore, snapshot};
-use crate::rig::{Cal, Observed, at_work, config, recorded};
-
-const WRITERS: [(Write, usize); 2] = [
-    (selfcal_snapshot, SELFCAL_SNAPSHOT_BYTES),
-    (selfcal_factory_to_record, SELFCAL_FACTORY_BYTES),
-];
-const READERS: [Read; 2] = [selfcal_restore, selfcal_factory_from_record];
+use crate::record::{from_record, restore, snapshot, to_record};
+use crate::rig::{Cal, Observed, at_work, defaults, factory, recorded};
 
 #[test]
 fn pointers_are_checked_first() {
     let mut cal = at_work();
     let byte: *mut u8 = place::<[u8; SELFCAL_SNAPSHOT_BYTES]>().cast();
+    let given = factory(&recorded());
     // SAFETY: live objects, null, or refused by its length.
     unsafe {
-        for (write, _) in WRITERS {
-            refused(&mut cal, SELFCAL_ERROR_NULL, |cal| write(cal, null_mut()));
-        }
-        for read in READERS {
-            refused(&mut cal, SELFCAL_ERROR_NULL, |cal| read(cal, null(), 1));
-            refused(&mut cal, SELFCAL_ERROR_COUNT, |cal| read(cal, byte, usize::MAX));
-        }
+        refused(&mut cal, SELFCAL_ERROR_NULL, |cal| selfcal_snapshot(cal, null_mut()));
+        refused(&mut cal, SELFCAL_ERROR_NULL, |cal| selfcal_restore(cal, null(), 1));
+        refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_restore(cal, byte, usize::MAX));
+        let codes = [
+            selfcal_factory_to_record(null(), byte),
+            selfcal_factory_to_record(&given, null_mut()),
+            selfcal_factory_from_record(null_mut(), byte, 1),
+            selfcal_factory_from_record(place(), null(), 1),
+        ];
+        assert_eq!(codes, [SELFCAL_ERROR_NULL; 4]);
+        let blind = selfcal_factory_t { is_guess: 7, ..given };
+        assert_eq!(selfcal_factory_to_record(&blind, byte), SELFCAL_ERROR_FACTORY);
     }
-}
-
-#[test]
-fn a_record_needs_cameras() {
-    let mut cal = Cal::new(None);
-    for (write, most) in WRITERS {
-        assert_eq!(record(&mut cal, write, most), Err(SELFCAL_ERROR_NO_CAMERAS));
-    }
-    assert_eq!(restore(&mut cal, &snapshot(&mut at_work())), SELFCAL_ERROR_NO_CAMERAS);
 }
 
 /// A record with one byte changed and a right checksum.
@@ -55,22 +46,21 @@ fn resealed(record: &[u8], at: usize, byte: u8) -> Vec<u8> {
 #[test]
 fn a_record_of_another_kind_returns_its_error_and_changes_nothing() {
     let set = recorded();
-    let mut learnt = at_work();
-    let kept = snapshot(&mut learnt);
-    let factory = record(&mut learnt, selfcal_factory_to_record, SELFCAL_FACTORY_BYTES).unwrap();
+    let kept = snapshot(&mut at_work());
+    let factory = to_record(&factory(&set));
     let mut flipped = kept.clone();
     flipped[100] ^= 1;
     let mut cal = Cal::of(&set, None);
     for (bytes, code) in [
-        (&[][..], SELFCAL_ERROR_RESTORE_DAMAGED),
-        (&[0xff; SELFCAL_SNAPSHOT_BYTES], SELFCAL_ERROR_RESTORE_DAMAGED),
-        (&flipped, SELFCAL_ERROR_RESTORE_DAMAGED),
-        (&kept[..kept.len() - 1], SELFCAL_ERROR_RESTORE_DAMAGED),
-        (&[&kept[..], &[0]].concat(), SELFCAL_ERROR_RESTORE_DAMAGED),
-        (&factory, SELFCAL_ERROR_RESTORE_FOREIGN),
-        (&resealed(&kept, 4, 99), SELFCAL_ERROR_RESTORE_LAYOUT),
+        (&[][..], SELFCAL_ERROR_RECORD_DAMAGED),
+        (&[0xff; SELFCAL_SNAPSHOT_BYTES], SELFCAL_ERROR_RECORD_DAMAGED),
+        (&flipped, SELFCAL_ERROR_RECORD_DAMAGED),
+        (&kept[..kept.len() - 1], SELFCAL_ERROR_RECORD_DAMAGED),
+        (&[&kept[..], &[0]].concat(), SELFCAL_ERROR_RECORD_DAMAGED),
+        (&factory, SELFCAL_ERROR_RECORD_FOREIGN),
+        (&resealed(&kept, 4, 99), SELFCAL_ERROR_RECORD_LAYOUT),
         // The highest byte of the first number, of the turn in use.
-        (&resealed(&kept, 23, 0x7f), SELFCAL_ERROR_RESTORE_ABSURD),
+        (&resealed(&kept, 23, 0x7f), SELFCAL_ERROR_RECORD_ABSURD),
     ] {
         refused(&mut cal, code, |cal| {
             // SAFETY: live objects.
@@ -78,14 +68,11 @@ fn a_record_of_another_kind_returns_its_error_and_changes_nothing() {
         });
     }
     for (bytes, code) in [
-        (&kept[..], SELFCAL_ERROR_RESTORE_FOREIGN),
-        (&factory[1..], SELFCAL_ERROR_RESTORE_DAMAGED),
-        (&resealed(&factory, 11, 0x7f), SELFCAL_ERROR_RESTORE_ABSURD),
+        (&kept[..], SELFCAL_ERROR_RECORD_FOREIGN),
+        (&factory[1..], SELFCAL_ERROR_RECORD_DAMAGED),
+        (&resealed(&factory, 11, 0x7f), SELFCAL_ERROR_RECORD_ABSURD),
     ] {
-        refused(&mut cal, code, |cal| {
-            // SAFETY: live objects.
-            unsafe { selfcal_factory_from_record(cal, bytes.as_ptr(), bytes.len()) }
-        });
+        assert_eq!(from_record(bytes), Err(code));
     }
     assert_eq!(restore(&mut cal, &kept), SELFCAL_OK);
 }
@@ -94,21 +81,17 @@ fn a_record_of_another_kind_returns_its_error_and_changes_nothing() {
 fn a_record_of_another_rig_or_beyond_the_limit_is_refused() {
     let set = recorded();
     let kept = snapshot(&mut at_work());
-    let mut other = Cal::of(&set, None);
-    let factory = selfcal_extrinsics_t {
+    let extrinsics = selfcal_extrinsics_t {
         rotation: [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0],
         translation: [-1.0, 1e-4, 0.0],
     };
-    // SAFETY: live objects.
-    assert_eq!(unsafe { selfcal_set_factory(other.ptr(), &factory) }, SELFCAL_OK);
-    assert_eq!(restore(&mut other, &kept), SELFCAL_ERROR_RESTORE_OTHER_RIG);
+    let mut other = Cal::made(None, &selfcal_factory_t { extrinsics, ..factory(&set) });
+    assert_eq!(restore(&mut other, &kept), SELFCAL_ERROR_RECORD_OTHER_RIG);
 
-    let mut strict = config(selfcal_config_default);
-    // SAFETY: a live configuration.
-    assert_eq!(unsafe { selfcal_config_set_max_correction_rad(&mut strict, 1e-5) }, SELFCAL_OK);
+    let strict = selfcal_config_t { max_correction_rad: 1e-5, ..defaults() };
     let mut strict = Cal::of(&set, Some(&strict));
     let before = Observed::of(&mut strict);
-    assert_eq!(restore(&mut strict, &kept), SELFCAL_ERROR_RESTORE_CONFIG);
+    assert_eq!(restore(&mut strict, &kept), SELFCAL_ERROR_RECORD_CONFIG);
     assert_eq!(Observed::of(&mut strict), before);
 }
 
@@ -124,9 +107,8 @@ proptest! {
         let mut cal = Cal::of(&recorded(), None);
         let before = Observed::of(&mut cal);
         for bytes in [&KEPT[..cut.index(KEPT.len())], &bits] {
-            for reader in READERS {
-                prop_assert_eq!(read(&mut cal, reader, bytes), SELFCAL_ERROR_RESTORE_DAMAGED);
-            }
+            prop_assert_eq!(restore(&mut cal, bytes), SELFCAL_ERROR_RECORD_DAMAGED);
+            prop_assert_eq!(from_record(bytes), Err(SELFCAL_ERROR_RECORD_DAMAGED));
         }
         prop_assert_eq!(Observed::of(&mut cal), before);
     }

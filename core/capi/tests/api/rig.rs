@@ -4,8 +4,8 @@ use std::mem::MaybeUninit;
 use std::ptr;
 
 use host_tests::data::Dataset;
-use stereo_selfcal::{Cameras, Correspondence};
-use stereo_selfcal_capi::selfcal_error_t::SELFCAL_OK;
+use stereo_selfcal::{Cameras, Correspondence, FactoryCalibration};
+use stereo_selfcal_capi::selfcal_error_t::{SELFCAL_ERROR_UNKNOWN, SELFCAL_OK};
 use stereo_selfcal_capi::*;
 
 /// Storage on the heap, zeroed as static storage of C.
@@ -17,21 +17,23 @@ impl Cal {
         Self(Box::new(MaybeUninit::zeroed()))
     }
 
-    /// Initialised, without cameras.
-    pub(crate) fn new(config: Option<&selfcal_config_t>) -> Self {
-        let mut cal = Self::zeroed();
-        let config = config.map_or(ptr::null(), ptr::from_ref);
-        // SAFETY: live storage of that size.
-        assert_eq!(unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, config) }, SELFCAL_OK);
-        cal
+    /// Initialised, with the cameras of the recorded set.
+    pub(crate) fn new() -> Self {
+        Self::of(&recorded(), None)
     }
 
     /// Initialised, with the cameras of a data set.
     pub(crate) fn of(set: &Dataset, config: Option<&selfcal_config_t>) -> Self {
-        let mut cal = Self::new(config);
-        let [left, right] = cameras(set);
-        // SAFETY: live objects.
-        assert_eq!(unsafe { selfcal_set_cameras(cal.ptr(), &left, &right) }, SELFCAL_OK);
+        Self::made(config, &factory(set))
+    }
+
+    /// Initialised at a factory calibration.
+    pub(crate) fn made(config: Option<&selfcal_config_t>, factory: &selfcal_factory_t) -> Self {
+        let mut cal = Self::zeroed();
+        let config = config.map_or(ptr::null(), ptr::from_ref);
+        // SAFETY: live objects, and storage of that size.
+        let code = unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, config, factory) };
+        assert_eq!(code, SELFCAL_OK);
         cal
     }
 
@@ -57,30 +59,21 @@ pub(crate) use get;
 /// Observable state, which a refused call must not change.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Observed {
-    in_use: Result<selfcal_extrinsics_t, selfcal_error_t>,
-    calibration: Result<selfcal_calibration_t, selfcal_error_t>,
-    generation: Result<u32, selfcal_error_t>,
+    in_use: Result<selfcal_calibration_t, selfcal_error_t>,
     batch: Result<selfcal_batch_t, selfcal_error_t>,
     state: Result<selfcal_state_t, selfcal_error_t>,
-    report: Result<selfcal_report_t, selfcal_error_t>,
     proposal: Result<selfcal_proposal_t, selfcal_error_t>,
-    health: Result<selfcal_health_t, selfcal_error_t>,
-    cameras: Result<selfcal_camera_t, selfcal_error_t>,
+    health: (Result<selfcal_health_t, selfcal_error_t>, selfcal_cause_t),
 }
 
 impl Observed {
     pub(crate) fn of(cal: &mut Cal) -> Self {
-        let mut left = MaybeUninit::zeroed();
         Self {
             in_use: get!(cal, selfcal_in_use),
-            calibration: get!(cal, selfcal_calibration_in_use),
-            generation: get!(cal, selfcal_generation),
             batch: get!(cal, selfcal_batch),
             state: get!(cal, selfcal_state),
-            report: get!(cal, selfcal_report),
             proposal: get!(cal, selfcal_proposal),
-            health: get!(cal, selfcal_health),
-            cameras: get!(cal, selfcal_cameras, left.as_mut_ptr()),
+            health: health(cal),
         }
     }
 }
@@ -93,6 +86,64 @@ pub(crate) fn recorded() -> Dataset {
 pub(crate) fn cameras(set: &Dataset) -> [selfcal_camera_t; 2] {
     let Cameras { left, right } = set.cameras::<f32>().unwrap();
     [(&left).into(), (&right).into()]
+}
+
+/// The cameras of a data set side by side, a guess.
+pub(crate) fn factory(set: &Dataset) -> selfcal_factory_t {
+    (&FactoryCalibration::guess(set.cameras().unwrap())).into()
+}
+
+/// A configuration of defaults.
+pub(crate) fn defaults() -> selfcal_config_t {
+    // SAFETY: zeros are a configuration.
+    unsafe { MaybeUninit::zeroed().assume_init() }
+}
+
+/// That of the paper preset.
+pub(crate) fn paper() -> selfcal_config_t {
+    selfcal_config_t { preset: selfcal_preset_t::SELFCAL_PRESET_PAPER as u32, ..defaults() }
+}
+
+/// Health, or the error, and the cause.
+pub(crate) fn health(
+    cal: &mut Cal,
+) -> (Result<selfcal_health_t, selfcal_error_t>, selfcal_cause_t) {
+    let mut cause = selfcal_cause_t::SELFCAL_CAUSE_UNKNOWN;
+    let mut health = MaybeUninit::uninit();
+    // SAFETY: live objects.
+    let code = unsafe { selfcal_health(cal.ptr(), health.as_mut_ptr(), &mut cause) };
+    // SAFETY: written without an error.
+    (if code == SELFCAL_OK { Ok(unsafe { health.assume_init() }) } else { Err(code) }, cause)
+}
+
+/// Takes a step: whether the pair has ended, and its outcome or error.
+pub(crate) fn advance(cal: &mut Cal) -> (bool, Result<selfcal_outcome_t, selfcal_error_t>) {
+    let (mut ended, mut outcome) = (false, MaybeUninit::zeroed());
+    // SAFETY: live objects; zeros are no outcome, and are not read before one is written.
+    let code = unsafe { selfcal_advance_pair(cal.ptr(), &mut ended, outcome.as_mut_ptr()) };
+    if !ended {
+        assert_eq!(code, SELFCAL_OK);
+        return (false, Err(SELFCAL_ERROR_UNKNOWN));
+    }
+    // SAFETY: written once the pair has ended.
+    let outcome = unsafe { outcome.assume_init() };
+    let fused = outcome.fused != selfcal_fused_t::SELFCAL_FUSED_NOT;
+    assert_eq!(fused, code == SELFCAL_OK);
+    (true, if fused { Ok(outcome) } else { Err(code) })
+}
+
+/// Begins a pair.
+pub(crate) fn begin(cal: &mut Cal) {
+    assert!(!advance(cal).0);
+}
+
+/// Takes all steps of a pair.
+pub(crate) fn finish(cal: &mut Cal) -> Result<selfcal_outcome_t, selfcal_error_t> {
+    loop {
+        if let (true, outcome) = advance(cal) {
+            return outcome;
+        }
+    }
 }
 
 /// One recorded pair, in the types of C and of Rust.
@@ -110,30 +161,13 @@ pub(crate) fn pair(
     (c.collect(), rust.collect())
 }
 
-/// The configuration of a preset.
-pub(crate) fn config(
-    preset: unsafe extern "C" fn(*mut selfcal_config_t) -> selfcal_error_t,
-) -> selfcal_config_t {
-    let mut config = MaybeUninit::uninit();
-    // SAFETY: a live place that the preset fills.
-    unsafe {
-        assert_eq!(preset(config.as_mut_ptr()), SELFCAL_OK);
-        config.assume_init()
-    }
-}
-
-/// A locked calibrator with a batch and a report.
+/// A locked calibrator with a batch.
 pub(crate) fn at_work() -> Cal {
     let set = recorded();
     let mut cal = Cal::of(&set, None);
     for index in 0..5 {
-        // SAFETY: live storage.
-        assert_eq!(unsafe { selfcal_clear_pair(cal.ptr()) }, SELFCAL_OK);
         let (all, _) = pair(&set, index);
-        get!(cal, selfcal_push_array, all.as_ptr(), all.len()).unwrap();
-        // SAFETY: live storage.
-        assert_eq!(unsafe { selfcal_solve_pair(cal.ptr()) }, SELFCAL_OK);
-        get!(cal, selfcal_fuse).unwrap();
+        get!(cal, selfcal_take_pair, all.as_ptr(), all.len()).unwrap();
     }
     assert_eq!(get!(cal, selfcal_state), Ok(selfcal_state_t::SELFCAL_STATE_LOCKED));
     cal

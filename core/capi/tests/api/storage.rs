@@ -8,7 +8,7 @@ use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
 use crate::misuse::every_function;
-use crate::rig::{Cal, Observed, get};
+use crate::rig::{Cal, Observed, defaults, factory, get, recorded};
 
 fn bytes(cal: &mut Cal) -> &mut [u8] {
     // SAFETY: live storage, and every byte is initialised.
@@ -38,21 +38,20 @@ proptest! {
 
     #[test]
     fn one_wrong_byte_in_the_magic_of_the_storage_is_detected(at in 0..12_usize, flip in 1..=u8::MAX) {
-        let mut cal = Cal::new(None);
+        let mut cal = Cal::new();
         bytes(&mut cal)[at] ^= flip;
-        prop_assert_eq!(get!(cal, selfcal_generation), Err(SELFCAL_ERROR_NOT_INITIALISED));
+        prop_assert_eq!(get!(cal, selfcal_state), Err(SELFCAL_ERROR_NOT_INITIALISED));
         bytes(&mut cal)[at] ^= flip;
-        prop_assert_eq!(get!(cal, selfcal_generation), Ok(0));
+        prop_assert_eq!(get!(cal, selfcal_in_use).map(|used| used.generation), Ok(0));
     }
 
     #[test]
     fn arguments_of_arbitrary_bits_are_taken_or_refused_whole(
-        bits in prop::collection::vec(any::<u8>(), 96), numbers in any::<[u32; 2]>(),
+        bits in prop::collection::vec(any::<u8>(), 256), numbers in any::<[u32; 2]>(),
     ) {
-        let mut cal = Cal::new(None);
+        let mut cal = Cal::new();
         let before = Observed::of(&mut cal);
-        let camera: selfcal_camera_t = of_bits(&bits);
-        let factory: selfcal_extrinsics_t = of_bits(&bits);
+        let factory: selfcal_factory_t = of_bits(&bits);
         let match_: selfcal_correspondence_t = of_bits(&bits);
         let config: selfcal_config_t = of_bits(&bits);
         let [source, alpha] = numbers;
@@ -60,41 +59,40 @@ proptest! {
         // SAFETY: live objects.
         let codes = unsafe {
             [
-                selfcal_set_cameras(cal.ptr(), &camera, &camera),
-                selfcal_set_factory(cal.ptr(), &factory),
-                selfcal_push(cal.ptr(), &match_, ptr::null_mut()),
-                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config),
+                selfcal_install(cal.ptr(), &factory),
+                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config, &factory),
                 selfcal_choose_camera(cal.ptr(), source, alpha, MaybeUninit::uninit().as_mut_ptr()),
             ]
         };
-        prop_assert_eq!(codes[3], SELFCAL_ERROR_CONFIG_NOT_INITIALISED);
-        if !codes[..3].contains(&SELFCAL_OK) {
+        if !codes[..2].contains(&SELFCAL_OK) {
             prop_assert_eq!(Observed::of(&mut cal), before);
         }
+        // SAFETY: live objects.
+        let code = unsafe { selfcal_push(cal.ptr(), &match_, ptr::null_mut()) };
+        let batch = get!(cal, selfcal_batch).unwrap();
+        prop_assert_eq!((batch.offered, batch.held == 1), (1, code == SELFCAL_OK));
     }
 
     #[test]
     fn a_configuration_with_a_wrong_byte_is_refused_or_within_its_limits(
         at in 0..size_of::<selfcal_config_t>(), flip in 1..=u8::MAX,
     ) {
-        let mut config = crate::rig::config(selfcal_config_default);
+        let mut config = defaults();
         // SAFETY: any bits are a configuration.
         unsafe { *(&raw mut config).cast::<u8>().add(at) ^= flip };
         let mut cal = Cal::zeroed();
         // SAFETY: live objects.
-        let code = unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config) };
-        // 1 and 2 are the presets.
-        let other_preset = (at, flip) == (4, 1 ^ 2);
-        let refused = code == SELFCAL_ERROR_CONFIG_NOT_INITIALISED;
-        prop_assert!(at >= 8 || other_preset || refused, "{:?}", code);
-        let begun = get!(cal, selfcal_generation) == Ok(0);
-        prop_assert_eq!(begun, code == SELFCAL_OK);
+        let code = unsafe {
+            selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config, &factory(&recorded()))
+        };
+        prop_assert!([SELFCAL_OK, SELFCAL_ERROR_CONFIG].contains(&code), "{:?}", code);
+        prop_assert_eq!(get!(cal, selfcal_state).is_ok(), code == SELFCAL_OK);
     }
 }
 
 #[test]
 fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage() {
-    let mut cal = Cal::new(None);
+    let mut cal = Cal::new();
     let mut found = 0;
     for at in 12..SELFCAL_STORAGE_SIZE {
         // The lengths of an empty batch and scene are 0.
@@ -102,7 +100,7 @@ fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage()
             continue;
         }
         bytes(&mut cal)[at] = 0x80;
-        if get!(cal, selfcal_generation) == Err(SELFCAL_ERROR_NOT_INITIALISED) {
+        if get!(cal, selfcal_state) == Err(SELFCAL_ERROR_NOT_INITIALISED) {
             for (name, code) in every_function(cal.ptr()) {
                 assert_eq!(code, SELFCAL_ERROR_NOT_INITIALISED, "{name}");
             }
@@ -111,5 +109,5 @@ fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage()
         bytes(&mut cal)[at] = 0;
     }
     assert_eq!(found, 3, "high byte of the length of the batch, lengths of the two scenes");
-    assert_eq!(get!(cal, selfcal_generation), Ok(0));
+    assert_eq!(get!(cal, selfcal_in_use).map(|used| used.generation), Ok(0));
 }

@@ -4,10 +4,13 @@ use crate::api::presets::{calibrator, robust};
 use crate::api::scene::{cameras, correspondences, rig, take};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::geometry::{Side, UndistortError};
+use stereo_selfcal::paper::Settings;
 use stereo_selfcal::{
     Calibrator, Camera, Config, Correspondence, Extrinsics, FactoryCalibration, Intrinsics, Lens,
-    PushError, Pushed, Rejection, Side, State, UndistortError,
+    PushError, Rejection, State,
 };
 
 type Tested = Calibrator<f32, 256>;
@@ -238,7 +241,7 @@ fn a_pair_beyond_the_limits_is_refused_and_the_estimate_keeps_its_bits() {
     // The baseline alone is beyond the limit.
     let turned = rig([1.0, 2.0, -1.0], [0.0, 0.0]);
     assert_eq!(refused(near, turned), Rejection::CorrectionLimit);
-    let strict = Config::paper().with_max_sd_rad(1e-6).unwrap();
+    let strict = Config::paper().with_paper(Settings::DEFAULT.with_max_sd_rad(1e-6).unwrap());
     assert_eq!(refused(strict, Extrinsics::SIDE_BY_SIDE), Rejection::TooUncertain);
 }
 

@@ -3,8 +3,10 @@
 use crate::api::presets::calibrator;
 use crate::api::scene::{correspondences, rig};
 use nalgebra::Vector3;
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Central, Extrinsics, MeanDirection, PairReport, Scalar, so3};
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::geometry::so3;
+use stereo_selfcal::paper::{Central, MeanDirection};
+use stereo_selfcal::{Extrinsics, PairReport, Scalar};
 
 const FAR_FROM_IDENTITY: [f64; 3] = [2.0, -3.0, 1.0];
 

@@ -2,10 +2,10 @@
 
 use crate::api::scene::{FOCAL, SIZE, cameras, correspondences, rig};
 use nalgebra::{Matrix3, Vector2, Vector3};
-use stereo_selfcal::{
-    Camera, Cameras, Extrinsics, Intrinsics, Lens, RadialTangential, RectifiedCamera, RectifyError,
-    RectifyingRotations,
+use stereo_selfcal::geometry::{
+    RadialTangential, RectifiedCamera, RectifyError, RectifyingRotations,
 };
+use stereo_selfcal::{Camera, Cameras, Extrinsics, Intrinsics, Lens};
 
 fn map(h: &Matrix3<f64>, [u, v]: [f64; 2]) -> Vector2<f64> {
     let p = h * Vector3::new(u, v, 1.0);

@@ -2,7 +2,7 @@
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::{Arming, Band, Correspondence, State};
+use stereo_selfcal::{Band, Correspondence, State};
 
 use crate::api::presets::{calibrated, robust};
 use crate::api::scene::{SIZE, correspondences, correspondences_within, rig, take};
@@ -41,7 +41,7 @@ fn a_mismatch_with_any_disparity_does_not_decide_the_rows_in_use() {
             {
                 locked += 1;
                 worst = worst.max(health.in_use_px);
-                off += u32::from(health.arming != Arming::Yes);
+                off += u32::from(!health.reasons.may_arm());
             }
         }
     }

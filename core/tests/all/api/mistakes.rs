@@ -3,9 +3,10 @@
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::geometry::RadialTangential;
 use stereo_selfcal::{
-    Arming, Band, Calibrator, Camera, Cameras, Cause, Config, Correspondence, Extrinsics,
-    FactoryCalibration, Intrinsics, Lens, RadialTangential, Reason, Rejection, State,
+    Band, Calibrator, Camera, Cameras, Cause, Config, Correspondence, Extrinsics,
+    FactoryCalibration, Intrinsics, Lens, Reason, Rejection, State,
 };
 
 use crate::api::disturbed::with_outliers;
@@ -178,7 +179,7 @@ fn run(config: Config, mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcom
         let _ = calibrator.apply();
         let judged = calibrator.health();
         let health = judged.ok();
-        let armed = health.is_some_and(|health| health.arming == Arming::Yes);
+        let armed = health.is_some_and(|health| health.reasons.may_arm());
         let is_unfit = health.is_some_and(|health| health.reasons.contains(Reason::Unfit));
         outcome.named_unfit += u32::from(is_unfit);
         outcome.armed += u32::from(armed);

@@ -3,11 +3,10 @@
 use crate::api::disturbed::garbage;
 use crate::api::presets::{robust, with};
 use crate::api::scene::{correspondences, fill, rig, take};
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{
-    Calibrator, Config, Correspondence, PairReport, RectifyingRotations, Rejection, Scalar, State,
-    Stop,
-};
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::outcome::Stop;
+use stereo_selfcal::{Calibrator, Config, Correspondence, PairReport, Rejection, Scalar, State};
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
 const BASELINE: [f64; 2] = [4.0, -3.0];

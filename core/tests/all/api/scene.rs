@@ -3,9 +3,10 @@
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::geometry::so3;
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Correspondence, Extrinsics, Fused, Intrinsics, Lens, Rejection,
-    Scalar, so3,
+    Scalar,
 };
 
 pub(crate) const SIZE: [u16; 2] = [1920, 1200];

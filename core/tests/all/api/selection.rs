@@ -7,10 +7,10 @@ use crate::api::scene::{cameras, correspondences, rig};
 use rand::seq::SliceRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::{
-    Batch, Camera, Cameras, Config, Correspondence, Extrinsics, Lens, PushError, Pushed,
-    RadialTangential, Side, StandardDeviations, UndistortError,
-};
+use stereo_selfcal::batch::{Batch, Pushed};
+use stereo_selfcal::geometry::{RadialTangential, Side, UndistortError};
+use stereo_selfcal::outcome::StandardDeviations;
+use stereo_selfcal::{Camera, Cameras, Config, Correspondence, Extrinsics, Lens, PushError};
 
 fn at(u: f32, v: f32, disparity: f32, score: f32) -> Correspondence<f32> {
     Correspondence { left: [u, v], right: [u - disparity, v], score, grid_step: 0.0 }

@@ -4,9 +4,12 @@ use core::fmt::Debug;
 
 use crate::api::scene::{cameras, correspondences, rig, take};
 use serde::{Serialize, de::DeserializeOwned};
+use stereo_selfcal::geometry::{
+    Fisheye, RadialTangential, Rational, RectifiedCamera, RectifyingRotations,
+};
 use stereo_selfcal::{
-    Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Fisheye, Health, Lens, PairReport,
-    Proposal, RadialTangential, Rational, RectifiedCamera, RectifyingRotations, Rejection, Scalar,
+    Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Health, Lens, PairReport, Proposal,
+    Rejection, Scalar,
 };
 
 fn comes_back<T: Serialize + DeserializeOwned + PartialEq + Debug>(value: &T) -> String {

@@ -2,9 +2,11 @@
 
 use crate::api::presets::{calibrator, with};
 use crate::api::scene::{cameras, correspondences, rig};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::outcome::Stop;
+use stereo_selfcal::paper::HuberSolver;
 use stereo_selfcal::{
-    Config, Correspondence, Extrinsics, HuberSolver, PairReport, PushError, Rejection, Scalar, Stop,
+    Config, Correspondence, Extrinsics, PairReport, PushError, Rejection, Scalar,
 };
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];

@@ -3,10 +3,10 @@
 use crate::api::disturbed::{garbage, jittered, with_outliers};
 use crate::api::presets::{robust, with};
 use crate::api::scene::{correspondences, rig, take};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, Fused, Proposal, RectifyingRotations,
-    Rejection, State,
+    Calibrator, Config, Correspondence, Extrinsics, Fused, Proposal, Rejection, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];

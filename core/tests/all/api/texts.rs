@@ -2,7 +2,10 @@
 
 use crate::api::presets::robust;
 use crate::api::scene::{correspondences, rig, take};
-use stereo_selfcal::{Extrinsics, ExtrinsicsError, Fused, Pushed, State, Stop, so3};
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::geometry::{ExtrinsicsError, so3};
+use stereo_selfcal::outcome::Stop;
+use stereo_selfcal::{Extrinsics, Fused, State};
 
 #[test]
 fn results_are_one_line_with_units() {
@@ -17,15 +20,14 @@ fn results_are_one_line_with_units() {
     let health = calibrator.health().unwrap().to_string();
     let proposal = calibrator.proposal().unwrap().to_string();
     let pair = outcome.pair.unwrap().to_string();
-    assert!(health.starts_with("locked, recalibrate, arming no, misaligned: "), "{health}");
+    assert!(health.starts_with("locked, recalibrate, must not arm: "), "{health}");
     assert!(
-        proposal.starts_with("locked: R 0.017") && proposal.ends_with(", 5 pairs"),
+        proposal.starts_with("locked: R 0.017") && proposal.contains(", 5 pairs, weakest "),
         "{proposal}"
     );
-    // A tracked pair takes all of its passes: the text does not read as a failure.
     assert!(pair.ends_with("0 skipped, 4 passes"), "{pair}");
-    for text in [health, proposal, pair] {
-        assert!(text.contains(" rad") && !text.contains('\n'), "{text}");
+    for (text, unit) in [(health, " px"), (proposal, " rad"), (pair, " rad")] {
+        assert!(text.contains(unit) && !text.contains('\n'), "{text}");
     }
 }
 

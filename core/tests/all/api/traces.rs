@@ -6,7 +6,7 @@
 use core::fmt::{LowerExp, Write};
 
 use expect_test::expect_file;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Correspondence, Extrinsics, Health, LensTracking, PairReport, Proposal,
     Scalar,
@@ -24,9 +24,9 @@ use crate::record::{BASELINE, ROTATION, scene};
 const HEADING: &str = "\
 pair  outcome
       solved: passes, stop; usable, skipped, screened; cost, RMS px before > after; noise px; off the truth t, R
-      estimate: state, pairs; off the truth t, R, and of what applies; sd t, R, sd with the lens t, R; doubt
+      estimate: state, pairs; off the truth t, R, and of what applies; sd t, R, sd with the lens t, R; weakest; reasons
       lens: focal, k1, mean k1, p1, column; correction; vibration R, t
-      health: px in use, proposed, off; fits in use, proposed; coverage; yaw; weakest; band, arming; reasons
+      health: px in use, proposed, off; fits in use, proposed; coverage; yaw; band, whether it may arm; reasons
       checksum of the record, f32";
 
 trait Number: Scalar + LowerExp {}
@@ -54,11 +54,12 @@ fn solved<T: Number>(report: &PairReport<T>) -> String {
 }
 
 fn estimate<T: Number>(proposal: &Proposal<T>) -> [String; 2] {
-    let Proposal { state, pairs, sd, sd_lens, doubt, vibration, correction, .. } = proposal;
+    let Proposal { state, pairs, sd, sd_lens, vibration, correction, .. } = proposal;
     let [best, applicable] = [&proposal.extrinsics, &proposal.applicable].map(off);
-    let doubt = doubt.map_or(String::new(), |doubt| format!("; {doubt}"));
+    let weakest = proposal.weakest().map_or(String::new(), |(at, sd)| format!("{at:?} {sd:.4e}"));
+    let reasons = proposal.reasons();
     let first = format!(
-        "{state} {pairs}; {best}, {applicable}; {:.4e} {:.4e}, {:.4e} {:.4e}{doubt}",
+        "{state} {pairs}; {best}, {applicable}; {:.4e} {:.4e}, {:.4e} {:.4e}; {weakest}; {reasons}",
         sd.translation, sd.rotation, sd_lens.translation, sd_lens.rotation
     );
     let lens = proposal.lens.map_or(String::new(), |lens| {
@@ -74,11 +75,14 @@ fn estimate<T: Number>(proposal: &Proposal<T>) -> [String; 2] {
 
 fn health<T: Number>(health: &Health<T>) -> String {
     let Health { in_use_px, proposed_px, off_px, fit_in_use, fit_proposed, .. } = health;
-    let weakest = health.weakest.map_or(String::new(), |(at, sd)| format!("{at:?} {sd:.4e}"));
     format!(
         "{in_use_px:.4e} {proposed_px:.4e} {off_px:.4e}; {fit_in_use} {fit_proposed}; {:.3}; {:.4e}; \
-         {weakest}; {:?} {:?}; {}",
-        health.coverage, health.yaw, health.band, health.arming, health.reasons
+         {:?} {}; {}",
+        health.coverage,
+        health.yaw,
+        health.band,
+        health.reasons.may_arm(),
+        health.reasons
     )
 }
 

@@ -6,9 +6,9 @@ use crate::api::scene::{cameras, rig, take};
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::geometry::{Fisheye, RadialTangential, Rational};
 use stereo_selfcal::{
-    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Fisheye, Lens, RadialTangential,
-    Rational, RestoreError, State,
+    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Lens, RestoreError, State,
 };
 use test_support::runs;
 

@@ -3,7 +3,8 @@
 use super::{ROTATION, after, scene};
 use crate::api::scene::{cameras, rig, take};
 use nalgebra::Matrix3;
-use stereo_selfcal::{Config, FactoryCalibration, so3};
+use stereo_selfcal::geometry::so3;
+use stereo_selfcal::{Config, FactoryCalibration};
 
 /// Bytes of the rows of a table.
 fn table(heading: &str) -> Vec<(usize, String)> {

@@ -6,7 +6,7 @@ mod format;
 use crate::api::disturbed::with_outliers;
 use crate::api::presets::{robust, with};
 use crate::api::scene::{correspondences, rig, take};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{ApplyError, Calibrator, Config, Correspondence, Extrinsics, Scalar, State};
 
 pub(crate) const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];

@@ -1,11 +1,12 @@
 //! The measured calls of the core, each in a function that is not inlined.
 
+use stereo_selfcal::batch::{Pushed, RayPair};
+use stereo_selfcal::depth::{MotionError, RangeError, RangeReading, Witnessed};
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyError, RectifyingRotations};
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics,
-    FactoryCalibration, Health, MotionError, NoHealth, Outcome, Proposal, PushError, Pushed,
-    RangeError, RangeReading, RayPair, RectifiedCamera, RectifyError, RectifyingRotations,
-    RestoreError, Scalar, Witnessed,
+    FactoryCalibration, Health, NoHealth, Outcome, Proposal, PushError, RestoreError, Scalar,
 };
 
 use crate::lens;

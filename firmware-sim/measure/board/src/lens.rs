@@ -1,6 +1,7 @@
 //! Cameras of 1920 x 1200 px, focal length 1400 px.
 
-use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens, RadialTangential, Scalar};
+use stereo_selfcal::geometry::RadialTangential;
+use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens, Scalar};
 
 pub(crate) const SIZE: [u16; 2] = [1920, 1200];
 pub(crate) const FOCAL_PX: f32 = 1400.0;

@@ -1,11 +1,10 @@
 //! Measures every call over the states of a rig, and prints the rows.
 
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::depth::{Range, RangeReading};
 use stereo_selfcal::link::MatchRecord;
-use stereo_selfcal::{
-    Config, Correspondence, Extrinsics, FactoryCalibration, Range, RangeReading, RayPair, Scalar,
-    State,
-};
+use stereo_selfcal::{Config, Correspondence, Extrinsics, FactoryCalibration, Scalar, State};
 
 use crate::calls::{self, CAPACITY, CalibratorOf, fresh};
 use crate::frame::{self, Damaged};

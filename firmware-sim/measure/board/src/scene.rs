@@ -6,8 +6,9 @@
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use stereo_selfcal::Correspondence;
+use stereo_selfcal::geometry::so3;
 use stereo_selfcal::link::{FrameHeader, MatchRecord};
-use stereo_selfcal::{Correspondence, so3};
 
 use crate::lens::{FOCAL_PX, SIZE};
 

@@ -6,7 +6,7 @@ use anyhow::Result;
 use firmware_sim::Controller;
 use host_tests::run::Verdict;
 use host_tests::synth::Scenario;
-use stereo_selfcal::{Arming, Band, Doubt, Fused, Health, RestoreError, State};
+use stereo_selfcal::{Band, Fused, Health, Proposal, Reasons, RestoreError, State};
 
 use super::super::args::FlightArgs;
 use super::super::labels;
@@ -80,7 +80,7 @@ pub(super) fn resumed(
 struct Key {
     verdict: Option<Verdict>,
     state: State,
-    health: Option<(Band, Arming, Option<Doubt>)>,
+    health: Option<(Band, Reasons)>,
 }
 
 /// Prints the lines, and keeps the last one for comparison.
@@ -101,9 +101,10 @@ impl Log {
         pair: u32,
         verdict: Option<Verdict>,
         state: State,
-        health: Option<&Health<f32>>,
+        judged: Option<(&Health<f32>, &Proposal<f32>)>,
     ) -> Result<()> {
-        let health_key = health.map(|h| (h.band, h.arming, h.doubt));
+        let health = judged.map(|(health, _)| health);
+        let health_key = health.map(|h| (h.band, h.reasons));
         let key = Key { verdict, state, health: health_key };
         let plain = matches!(verdict, None | Some(Verdict::Accepted(Fused::Added)));
         if self.last == Some(key) && plain && !pair.is_multiple_of(INTERVAL) {
@@ -111,25 +112,30 @@ impl Log {
         }
         self.last = Some(key);
         write!(out, "{pair:>4}  {:<9}  ", state.to_string())?;
-        match health {
-            Some(h) => self.health(out, h)?,
+        match judged {
+            Some((health, proposal)) => self.health(out, health, proposal)?,
             None => write!(out, "{:<120}  ", "-")?,
         }
         match verdict {
             Some(verdict) => write!(out, "{verdict}")?,
             None => write!(out, "no frame received")?,
         }
-        if let Some(doubt) = health.and_then(|h| h.doubt) {
-            write!(out, "; {}", labels::doubt(doubt))?;
+        if let Some(doubt) = health.and_then(|h| labels::doubt(h.reasons)) {
+            write!(out, "; {doubt}")?;
         }
         Ok(writeln!(out)?)
     }
 
-    fn health(&self, out: &mut impl Write, h: &Health<f32>) -> Result<()> {
-        let weakest = h.weakest.map_or("-".into(), |(direction, sd)| {
+    fn health(
+        &self,
+        out: &mut impl Write,
+        h: &Health<f32>,
+        proposal: &Proposal<f32>,
+    ) -> Result<()> {
+        let weakest = proposal.weakest().map_or("-".into(), |(direction, sd)| {
             format!("{} {:.4}", labels::direction(direction), sd.to_degrees())
         });
-        let [r, t] = [h.sd.rotation, h.sd.translation].map(f32::to_degrees);
+        let [r, t] = [proposal.sd.rotation, proposal.sd.translation].map(f32::to_degrees);
         let errors = h.depth_errors(self.baseline_m);
         let errors = errors.map_or("-".into(), |all| all.map(|m| format!("{m:.3}")).join(" "));
         let rows = format!("{:.3} > {:.3}", h.in_use_px, h.proposed_px);
@@ -140,7 +146,7 @@ impl Log {
             format!("{} > {}", h.fit_in_use, h.fit_proposed),
             format!("{r:.4} {t:.4}"),
             100.0 * h.coverage,
-            labels::arming(h.arming),
+            labels::arming(h.reasons),
         )?;
         Ok(())
     }

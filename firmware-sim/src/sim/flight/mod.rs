@@ -15,10 +15,11 @@ use host_tests::synth::{
     Disturbance, Rangefinder, Scenario, ScenarioKind, ScenarioPair, Scene, Witnesses, rig,
 };
 use host_tests::wire::Sender;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::depth::{RangeError, Witnessed};
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Health, Intrinsics, Lens, RangeError,
-    Scalar, State, Witnessed,
+    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Health, Intrinsics, Lens, Scalar,
+    State,
 };
 
 use super::args::FlightArgs;
@@ -144,7 +145,9 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
                 if usize::try_from(sequence)? == scenario.turned_from() {
                     log::knock(out, scenario.turn_deg)?;
                 }
-                log.note(out, sequence, verdict, calibrator.state(), health.as_ref())
+                let proposal = calibrator.proposal();
+                let judged = health.as_ref().zip(proposal.as_ref());
+                log.note(out, sequence, verdict, calibrator.state(), judged)
             })?;
             result.record(calibrator, verdict, health.as_ref(), &calm);
             bar.inc(1);

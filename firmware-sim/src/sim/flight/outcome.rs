@@ -3,7 +3,7 @@
 use std::fmt;
 
 use host_tests::run::Verdict;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
 use super::Moment;

@@ -10,7 +10,8 @@ use host_tests::data::{Meta, Rows, WrongSign, matrix};
 use host_tests::run::{Apply, Feed, RunLog, Step, replay_pairs};
 use nalgebra::Vector3;
 use serde::Deserialize;
-use stereo_selfcal::{Central, Config, Extrinsics, Scalar};
+use stereo_selfcal::paper::{Central, Settings};
+use stereo_selfcal::{Config, Extrinsics, Scalar};
 
 /// Settings of the calibrator.
 #[derive(Debug, Args)]
@@ -152,7 +153,7 @@ impl Setup {
         };
         match self.preset {
             Preset::Robust => self.lens.config(),
-            Preset::Paper => Config::paper().with_angle(angle),
+            Preset::Paper => Config::paper().with_paper(Settings::DEFAULT.with_angle(angle)),
         }
     }
 }

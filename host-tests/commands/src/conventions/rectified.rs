@@ -5,7 +5,8 @@
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector2, Vector3};
-use stereo_selfcal::{Camera, Cameras, RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::{Camera, Cameras};
 
 use host_tests::data::{Meta, QuarterTurns, Rows, rows};
 

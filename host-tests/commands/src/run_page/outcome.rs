@@ -1,6 +1,7 @@
 //! The final numbers.
 
-use stereo_selfcal::{Extrinsics, LensCorrection, State, so3};
+use stereo_selfcal::geometry::{LensCorrection, so3};
+use stereo_selfcal::{Extrinsics, State};
 
 use super::replayed::Replayed;
 use crate::report::{Cell, Section, Table};

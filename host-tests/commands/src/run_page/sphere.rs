@@ -4,7 +4,8 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
-use stereo_selfcal::{Extrinsics, so3};
+use stereo_selfcal::Extrinsics;
+use stereo_selfcal::geometry::so3;
 
 use crate::report::{Csv, Entry, Figure, Mark, Picture};
 use host_tests::chart::palette::{Rgb, SERIES};

@@ -5,7 +5,7 @@ use std::fmt;
 use anyhow::{Result, bail, ensure};
 use host_tests::data::{Match, Rays, in_f64};
 use host_tests::synth::{ScenarioKind, Scene, SynthPair, five_degrees_off};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Extrinsics, FactoryCalibration, PairReport, Rejection, State,
 };

@@ -37,7 +37,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
 use host_tests::stats::median;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use callgrind::Count;
 use case::{Answer, Case, Job};

@@ -2,7 +2,8 @@
 
 use anyhow::{Context, Result};
 use nalgebra::{Matrix3, Vector3};
-use stereo_selfcal::{Camera, RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::Camera;
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 
 use host_tests::data::{Dataset, TurnedView};
 use selfcal_pictures::{Grey, projected, ray_of, turned};

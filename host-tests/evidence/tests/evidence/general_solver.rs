@@ -10,7 +10,7 @@ use minpack::RowOffsets;
 use nalgebra_034::Vector6;
 use rivals::literal_paper::{self, Options};
 use stereo_selfcal::Extrinsics;
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 fn rays(noise_px: f64) -> Vec<Rays> {
     let scene = Scene { rig: five_degrees_off(), noise_px, ..Scene::default() };

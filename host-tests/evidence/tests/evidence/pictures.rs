@@ -11,7 +11,7 @@ use selfcal_evidence::pictures::{KNOCKED, PicturedScene, comparison, knocked};
 use selfcal_pictures::{
     Disparities, Grey, Rectification, disparity_picture, pair_picture, turned, warp,
 };
-use stereo_selfcal::{RectifiedCamera, RectifyingRotations};
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 
 const SIZE: [u16; 2] = [160, 90];
 

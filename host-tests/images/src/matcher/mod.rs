@@ -16,9 +16,9 @@ use anyhow::Result;
 use host_tests::data::{Match, Meta};
 use kornia_image::{Image, ImageSize};
 use kornia_imgproc::pyramid::pyrdown_u8;
-use stereo_selfcal::{
-    Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, RectifyingRotations, row_offset,
-};
+use stereo_selfcal::batch::row_offset;
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration};
 
 use crate::picture::Picture;
 use alike::Alike;

@@ -3,7 +3,8 @@
 use std::f64::consts::FRAC_PI_4;
 
 use nalgebra::Vector3;
-use stereo_selfcal::{Camera, Cameras, Extrinsics, RectifyingRotations};
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::{Camera, Cameras, Extrinsics};
 
 use super::MatcherConfig;
 use super::keypoints::{Keypoints, distance};

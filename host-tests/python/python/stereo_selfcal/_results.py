@@ -89,8 +89,8 @@ class Health:
 
     Attributes
     ----------
-    arming : str
-        ``"yes"``, or why not: ``"not_locked"``, ``"doubtful"``, ``"misaligned"``, ``"unfit"``.
+    may_arm : bool
+        Yes or no to an arming check; the reasons of the result say why not.
     band : str
         ``"good"``, ``"improvable"``, ``"recalibrate"`` or ``"unknown"``: verdict on the calibration in use.
     in_use_px, proposed_px, off_px : float
@@ -99,10 +99,6 @@ class Health:
         Matches that fit each of both.
     coverage : float
         Share of the cells of an 8 x 6 grid over the image with a match that fits.
-    doubt : str or None
-        Evidence against the estimate.
-    baseline_observed : bool
-        Whether pairs have determined ``t``.
     corner_px : float
         Row offset that the apparent yaw of the lenses leaves in the corner of the image, px.
     lens_yaw : Finding
@@ -117,7 +113,7 @@ class Health:
         Motion of the rig about the estimate from pair to pair, rad RMS.
     """
 
-    arming: str
+    may_arm: bool
     band: str
     in_use_px: float
     proposed_px: float
@@ -125,8 +121,6 @@ class Health:
     fit_in_use: int
     fit_proposed: int
     coverage: float
-    doubt: str | None
-    baseline_observed: bool
     corner_px: float
     lens_yaw: Finding
     lens: dict[str, Finding] | None

@@ -9,8 +9,9 @@ use host_tests::stats;
 use host_tests::synth::{Scene, rig};
 use nalgebra::{Matrix3, Vector3};
 use rivals::literal_paper::{self, Options};
-use stereo_selfcal::metrics::Deviation;
-use stereo_selfcal::{Config, Doubt, Extrinsics, RectifyingRotations};
+use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::{Config, Extrinsics, Reason};
 
 const ROTATION: [f64; 3] = [4.0, -2.0, 3.0];
 const BASELINE: [f64; 2] = [3.0, -5.0];
@@ -73,7 +74,7 @@ fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
 #[test]
 fn erratum_6_at_the_identity_the_axis_is_noise_and_the_estimate_says_so() {
     let log = run(&Scene::default(), 50, 6);
-    assert_eq!(log.fused().unwrap().doubt, Some(Doubt::Axis));
+    assert_eq!(log.fused().unwrap().doubt, Some(Reason::Axis));
     let away = run(&Scene { rig: tilted(), ..Scene::default() }, 50, 6);
     assert_eq!(away.fused().unwrap().doubt, None);
 }

@@ -5,9 +5,11 @@ use host_tests::data::{Dataset, Match, Rays, TurnedView, in_f64};
 use host_tests::run::{CAPACITY, Summary, replay};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use rivals::literal_paper::{self, Options, Solution};
-use stereo_selfcal::metrics::baseline_angle;
+use stereo_selfcal::geometry::metrics::baseline_angle;
+use stereo_selfcal::geometry::so3;
+use stereo_selfcal::outcome::Stop;
 use stereo_selfcal::{
-    Calibrator, Config, Extrinsics, FactoryCalibration, PairReport, Rejection, Scalar, Stop, so3,
+    Calibrator, Config, Extrinsics, FactoryCalibration, PairReport, Rejection, Scalar,
 };
 
 /// Weight of the literal reference's gauge row with which eq 8 holds as exactly as in the core.

@@ -15,7 +15,7 @@ use examples::{KALIBR, OPENCV, ROS};
 use host_tests::data::{Dataset, LensModel, Meta};
 use host_tests::synth::rig;
 use selfcal_commands::conventions::{Document, Format, Unknowns, import};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 const SIZE: Unknowns = Unknowns { sizes: Some([[640, 480]; 2]), unit_m: 1.0, cameras: None };
 

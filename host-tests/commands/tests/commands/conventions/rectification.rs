@@ -3,7 +3,7 @@
 use host_tests::data::{LensModel, Meta, matrix, rows};
 use nalgebra::{Matrix3, Matrix3x4, Matrix4, Vector3, Vector4};
 use selfcal_commands::conventions::{Format, Unknowns};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::{journey, read};
 

@@ -17,7 +17,7 @@ use host_tests::run::monte_carlo::{Run, long_run, runs};
 use host_tests::run::progress;
 use host_tests::stats::{rms, rms_deviation};
 use host_tests::synth::{Grid, Scenario, ScenarioKind, five_degrees_off, rig};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Config, Scalar};
 
 use selfcal_commands::setup::LensTracking;

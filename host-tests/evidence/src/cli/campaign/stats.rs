@@ -2,7 +2,7 @@
 
 use host_tests::run::monte_carlo::Run;
 use host_tests::stats::{mean, rms_deviation};
-use stereo_selfcal::metrics::Deviation;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
 /// Mean and largest number of passes of the pairs that started in such a state.

@@ -2,9 +2,8 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Correspondence, Intrinsics, Lens, RadialTangential,
-};
+use stereo_selfcal::geometry::RadialTangential;
+use stereo_selfcal::{Calibrator, Camera, Cameras, Correspondence, Intrinsics, Lens};
 
 pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
     process_pair(calibrator);

@@ -2,7 +2,8 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Camera, Cameras, Fisheye, Intrinsics, Lens, RadialTangential, Rational};
+use stereo_selfcal::geometry::{Fisheye, RadialTangential, Rational};
+use stereo_selfcal::{Camera, Cameras, Intrinsics, Lens};
 
 use crate::{numbers, show};
 

@@ -21,7 +21,6 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
         if black_box(false) {
             calibrator.reset();
             calibrator.install(&made);
-            calibrator.install_first(&made);
         }
     }
 }
@@ -38,8 +37,10 @@ fn pair(calibrator: &mut Calibrator<f32, 256>) {
 
 fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.state());
+    show(calibrator.factory());
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
+        show(proposal.reasons().may_arm());
         show(proposal.correction.is_none());
         show(calibrator.in_use().cameras.corrected(&proposal.correction));
         if let Some(lens) = &proposal.lens {
@@ -54,7 +55,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
         show(reasons.iter().next());
         show(health);
     }
-    show(calibrator.health().map_err(|none| none.cause()));
+    show(calibrator.health().map_err(|none| (none.cause(), none.code())));
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));

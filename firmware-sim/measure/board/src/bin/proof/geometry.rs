@@ -3,10 +3,12 @@
 use core::hint::black_box;
 
 use nalgebra::{Matrix3, Vector3};
-use stereo_selfcal::metrics::{Deviation, baseline_angle, rotation_angle, rotation_distance};
-use stereo_selfcal::{
-    Cameras, Extrinsics, RayPair, RectifiedCamera, RectifyingRotations, row_offset, so3,
+use stereo_selfcal::batch::{RayPair, row_offset};
+use stereo_selfcal::geometry::metrics::{
+    Deviation, baseline_angle, rotation_angle, rotation_distance,
 };
+use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations, so3};
+use stereo_selfcal::{Cameras, Extrinsics};
 
 use crate::{number, numbers, show};
 

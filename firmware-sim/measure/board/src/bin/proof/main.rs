@@ -19,7 +19,8 @@ mod witness;
 use core::hint::black_box;
 use core::panic::PanicInfo;
 
-use stereo_selfcal::{Central, Config, ConfigError, LensPrior, LensTracking, Scalar};
+use stereo_selfcal::paper::{Central, Settings};
+use stereo_selfcal::{Config, ConfigError, LensPrior, LensTracking, Scalar};
 
 unsafe extern "C" {
     fn a_panic_is_reachable() -> !;
@@ -67,15 +68,15 @@ fn config() -> Result<Config, ConfigError> {
     let start = if black_box(false) { start.without_lens_prior() } else { start };
     let tracking = if black_box(false) { LensTracking::Compensate } else { LensTracking::Report };
     show(tracking.code());
+    let paper = Settings::DEFAULT.with_step_tolerance_rad(number())?.with_angle(angle);
+    let paper = paper.with_max_sd_rad(number())?;
     Ok(start
         .with_prior_sd_rad(number())?
         .with_huber_threshold_px(number())?
         .with_max_passes(black_box(0))?
-        .with_step_tolerance_rad(number())?
         .with_min_correspondences(black_box(0))?
         .with_noise_floor_px(number())?
-        .with_angle(angle)
-        .with_max_sd_rad(number())?
+        .with_paper(paper)
         .with_lens_prior(black_box(LensPrior::WIDE))?
         .with_lens_tracking(tracking)
         .with_lens_yaw_sd_rad(number())?

@@ -2,10 +2,10 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{
-    Batch, Cameras, Central, Config, Correspondence, Extrinsics, HuberSolver, Information,
-    MeanDirection, PairReport, RayPair,
-};
+use stereo_selfcal::batch::{Batch, RayPair};
+use stereo_selfcal::outcome::Information;
+use stereo_selfcal::paper::{Central, HuberSolver, MeanDirection};
+use stereo_selfcal::{Cameras, Config, Correspondence, Extrinsics, PairReport};
 
 use crate::{geometry, number, numbers, show};
 

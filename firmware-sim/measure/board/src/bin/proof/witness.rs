@@ -2,7 +2,9 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Calibrator, Range, RangeReading, RayPair};
+use stereo_selfcal::Calibrator;
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::depth::{Range, RangeReading};
 
 use crate::{number, numbers, show};
 
