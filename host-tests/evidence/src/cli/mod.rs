@@ -9,6 +9,8 @@ use clap::Subcommand;
 
 use bench::BenchArgs;
 use campaign::CampaignArgs;
+
+pub use campaign::Ablation;
 use evaluate::EvaluateArgs;
 
 /// Commands that measure the calibrator.
