@@ -65,8 +65,8 @@ pub(crate) const FOLD_BISECTIONS: usize = 30;
 
 // Fusion.
 
-/// Normalised innovation squared (NIS) of a pair over the reduced chi-square; 4e-5 by chance at
-/// most. Larger follows a step later; smaller rejects good pairs.
+/// Normalised innovation squared (NIS) of a pair, and normalised score squared of a window, over the reduced chi-square;
+/// 4e-5 by chance at most. Larger follows a step and sees drift later; smaller rejects good pairs and renews by chance.
 pub(crate) const MAX_NIS: f64 = 28.0;
 
 /// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off.
@@ -269,14 +269,11 @@ pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 pub(crate) const OPEN_COST: f64 = 0.4;
 
 /// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the short one counts as
-/// when it replaces older ones. Larger sees small changes later; smaller forgets.
+/// when it replaces older ones, and that the share of a crowd is a mean of. Larger sees small changes later; smaller
+/// forgets.
 pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;
-
-/// Normalised score squared of a window over the reduced chi-square: 4e-5 by chance a window.
-/// Larger sees drift later; smaller renews by chance.
-pub(crate) const MAX_WINDOW: f64 = 28.0;
 
 /// Part of each NIS that the cumulative sum leaves out, its mean of at most 5 and 4 more, and the
 /// limit of the sum. Larger misses small changes; smaller sums up model error.

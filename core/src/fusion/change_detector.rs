@@ -12,7 +12,7 @@ use crate::config::Context;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS, WARM_UP_PAIRS,
+    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_NIS, SHORT_DECAY, SHORT_PAIRS, WARM_UP_PAIRS,
 };
 
 /// Two windows over the last pairs, and a cumulative sum of their NIS.
@@ -115,7 +115,7 @@ impl<T: Scalar> ChangeDetector<T> {
         short: &NormalEquations<T>,
         context: &Context<'_, T>,
     ) -> bool {
-        let limit = T::lit(MAX_WINDOW) * hypothesis.reduced_chi_square();
+        let limit = T::lit(MAX_NIS) * hypothesis.reduced_chi_square();
         // Score test: squared gradient at the pose over its variance under the hypothesis.
         let rejects = |window: &NormalEquations<T>, variance: &Information<T>| {
             let mut variance = variance.0;

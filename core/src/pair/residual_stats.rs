@@ -1,10 +1,10 @@
 //! Residual statistics at a pose: noise, inliers, and the fit against that of the start (`ESTIMATOR.md`, section 7).
 
-use super::loss::ResidualVariance;
+use super::loss::{BESIDE, ResidualVariance};
 use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
-use crate::thresholds::{BESIDE, CROWD, INLIER, NEAR};
+use crate::thresholds::{CROWD, INLIER, NEAR};
 
 /// Counts of correspondences (whole numbers) and sums over them. `V`: a number, or one per lane during a pass.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -24,8 +24,9 @@ pub(crate) const FEW: usize = 128;
 pub(crate) const LEVELS: usize = 13;
 pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
-/// A peak of residuals: its part of the usable ones, its count over that beside it, and the excess in deviations of
-/// chance. Larger overlooks few inliers; smaller takes chance for a peak.
+/// A peak of residuals: its part of the usable ones while the scale falls, its count over that beside it (outliers alone
+/// show 1), also at a pose found from afar, and its excess in deviations of chance, also of correspondences of high
+/// leverage. Larger overlooks few inliers; smaller takes chance for a peak.
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
@@ -56,9 +57,6 @@ pub(crate) const TIGHT_TUKEY: f64 = 2.5;
 /// takes chance for one.
 pub(crate) const CROWD: f64 = 10.0;
 pub(crate) const CROWD_SHARE: f64 = 0.08;
-
-/// Pairs that the share of a crowd is a mean of. Larger follows later; smaller follows chance.
-pub(crate) const CROWD_PAIRS: u32 = 10;
 
 /// Largest noise of a coordinate, and of a found pose: among outliers the estimate grows. Larger takes outliers for a
 /// consensus; smaller refuses poor matchers.
@@ -122,18 +120,11 @@ pub(crate) const CROWD_SCALE_PX: f64 = 0.3;
 /// rows, not on their mean. Larger dulls the loss; smaller biases by 9 to 26 times the bound.
 pub(crate) const MIN_UNIT: f64 = 0.6;
 
-/// Residuals that count as near, in units of the loss: they give the noise, over the variance of a
-/// unit normal distribution cut off there. Larger lets outliers in; smaller leaves few.
+/// Residuals that count as near, in units of the loss: they give the noise. Larger lets outliers in; smaller leaves few.
 pub(crate) const NEAR: f64 = 2.0;
-pub(crate) const TRUNCATED_VARIANCE: f64 = 0.7737;
 
-/// Residuals that count as inliers, and outer edge of the band beside the peak, in units of the
-/// loss: from [`NEAR`] on it is as wide as the peak. Larger counts outliers; smaller leaves few.
+/// Residuals that count as inliers, in units of the loss. Larger counts outliers; smaller leaves few.
 pub(crate) const INLIER: f64 = 3.0;
-pub(crate) const BESIDE: f64 = 4.0;
-
-/// Variance of a row offset, and of a disparity, over that of a coordinate: each view adds its own.
-pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
 
 /// Least degrees of freedom per near residual: keeps the noise of few residuals finite. Larger
 /// understates it; smaller lets it grow.
@@ -161,11 +152,6 @@ pub(crate) const MAX_LEVERAGE: f64 = 8.0;
 /// not move; beyond it leverage is high. Larger lets a near outlier in; smaller loses near inliers.
 pub(crate) const FIRST_MAX_LEVERAGE: f64 = 46.0;
 
-/// Near residuals of correspondences of high leverage over those beside, in deviations of chance, from
-/// which on a track takes them for inliers: few near points before a far scene. Larger loses them;
-/// smaller takes chance for a peak.
-pub(crate) const TRUSTED_PEAK_DEVIATIONS: f64 = 3.0;
-
 /// Share that separates few near points before a far scene from the tail of one range of depths, in first
 /// limits. Larger loses few near points; smaller lets near outliers in.
 pub(crate) const MIN_SEPARATION: f64 = 4.0;
@@ -191,12 +177,8 @@ pub(crate) const SETTLED: f64 = 0.05;
 /// raises the bound; smaller cuts a pair short.
 pub(crate) const SPARE_PASSES: u16 = 8;
 
-/// At a pose found from afar: near residuals over those beside (outliers alone show 1), their excess in deviations of
-/// chance, and their part of the usable ones, with what each px of noise adds up to a most: outliers within a wide peak
-/// are many.
-/// Larger refuses pairs full of outliers; smaller accepts a local optimum.
-pub(crate) const FOUND_PEAK: f64 = 2.0;
-pub(crate) const FOUND_PEAK_DEVIATIONS: f64 = 3.0;
+/// Near residuals at a pose found from afar, a part of the usable ones, with what each px of noise adds up to a most:
+/// outliers within a wide peak are many. Larger refuses pairs full of outliers; smaller accepts a local optimum.
 pub(crate) const FOUND_NEAR: [f64; 2] = [0.15, 0.25];
 pub(crate) const FOUND_NEAR_MOST: f64 = 0.6;
 

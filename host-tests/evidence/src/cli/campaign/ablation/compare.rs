@@ -36,7 +36,8 @@ fn read(file: &Path) -> Result<Runs> {
     let mut runs = Runs::new();
     for line in text.lines() {
         let mut parts = line.splitn(3, ';');
-        let (Some(row), Some(seed), Some(figures)) = (parts.next(), parts.next(), parts.next()) else {
+        let (Some(row), Some(seed), Some(figures)) = (parts.next(), parts.next(), parts.next())
+        else {
             continue;
         };
         if let Some(figures) = Figures::of_line(figures) {
@@ -78,12 +79,7 @@ fn differences(off: &Runs, on: &Runs) -> Vec<Difference> {
             let deviations = ratio.ln().abs() / (of_squares / 2.0).max(1e-12);
             if ratio.max(1.0 / ratio) > RATIO && deviations > STANDARD_ERRORS {
                 let values = sums.map(|sum| (sum / n).sqrt() * 1e3);
-                all.push(Difference {
-                    row: row.clone(),
-                    what,
-                    values,
-                    is_worse: ratio > 1.0,
-                });
+                all.push(Difference { row: row.clone(), what, values, is_worse: ratio > 1.0 });
             }
         }
         type Part = (&'static str, fn(&Figures) -> f64, f64, bool);

@@ -166,9 +166,10 @@ impl Row {
                 }
             }
         }
-        let end = calibrator.proposal().zip(pairs.last()).map(|(proposal, (_, truth))| {
-            Deviation::between(&in_f64(&proposal.extrinsics), truth)
-        });
+        let end = calibrator
+            .proposal()
+            .zip(pairs.last())
+            .map(|(proposal, (_, truth))| Deviation::between(&in_f64(&proposal.extrinsics), truth));
         let error = end.map_or([f64::NAN; 2], |e| [e.translation, e.rotation]);
         let mut success = calibrator.state() == State::Locked;
         if pairs.len() == 1 {
@@ -240,7 +241,8 @@ pub(super) fn measure(
 ) -> Result<()> {
     create_dir_all(into)?;
     let rows = rows()?;
-    let read = |(_, name): &(usize, String)| std::fs::read_to_string(into.join(name)).unwrap_or_default();
+    let read =
+        |(_, name): &(usize, String)| std::fs::read_to_string(into.join(name)).unwrap_or_default();
     let had: Vec<String> = names.iter().map(read).collect();
     let mut files = Vec::new();
     for (_, name) in names {
@@ -252,8 +254,9 @@ pub(super) fn measure(
         let count = if row.name.starts_with("single") { seeds[0] } else { seeds[1] };
         let first = 9_000_000;
         let last = format!("{};{};", row.name, first + count);
-        let due: Vec<usize> =
-            (0..names.len()).filter(|&k| had.get(k).is_none_or(|had| !had.contains(&last))).collect();
+        let due: Vec<usize> = (0..names.len())
+            .filter(|&k| had.get(k).is_none_or(|had| !had.contains(&last)))
+            .collect();
         let of_seed = |seed: u64| -> Result<Option<Vec<Figures>>> {
             let Some(pairs) = row.pairs(seed, first)? else { return Ok(None) };
             let bound = row.bound(seed)?;

@@ -59,7 +59,8 @@ impl Ablation {
     pub fn run(&self) -> Result<()> {
         let all = mechanisms()?;
         let chosen = |mechanism: &&Mechanism| {
-            self.only.is_empty() || self.only.iter().any(|prefix| mechanism.name.starts_with(prefix))
+            self.only.is_empty()
+                || self.only.iter().any(|prefix| mechanism.name.starts_with(prefix))
         };
         let chosen: Vec<&Mechanism> = all.iter().filter(chosen).collect();
         let seeds = [self.single_trials, self.trials];
@@ -79,7 +80,15 @@ impl Ablation {
         if !self.table {
             copy(&root, &place.join("tree"), &all)?;
             let status = Command::new("cargo")
-                .args(["run", "--release", "--package", "selfcal-evidence", "--bin", "ablation", "--"])
+                .args([
+                    "run",
+                    "--release",
+                    "--package",
+                    "selfcal-evidence",
+                    "--bin",
+                    "ablation",
+                    "--",
+                ])
                 .args([format!("--trials={}", self.trials)])
                 .args([format!("--single-trials={}", self.single_trials)])
                 .args(self.only.iter().map(|prefix| format!("--only={prefix}")))

@@ -150,7 +150,8 @@ impl Mechanism {
                 continue;
             }
             let [plain, generic] = [format!("fn {function}("), format!("fn {function}<")];
-            let mut after = text.lines().skip_while(|line| !line.contains(&plain) && !line.contains(&generic));
+            let mut after =
+                text.lines().skip_while(|line| !line.contains(&plain) && !line.contains(&generic));
             let head = after.next().with_context(|| format!("{}: no {part}", self.name))?;
             let indent = head.len() - head.trim_start().len();
             let is_end = |line: &&str| line.trim_start() == "}" && line.len() == indent + 1;
