@@ -104,9 +104,8 @@ pub(crate) const GROUPS: usize = 3;
 pub(crate) const GROUP: usize = 8;
 pub(crate) const IMPROVING_STEPS: usize = 3;
 
-/// Score of such an optimum over that of the pose before by which it is better: a part of it, for each scale that the
-/// noise exceeds the scale of the score by, and correspondences. Larger stays with a compromise; smaller follows chance.
-pub(crate) const ROUND_GAIN: f64 = 0.08;
+/// Score of such an optimum over that of the pose before by which it is better, correspondences. Larger stays with a
+/// compromise; smaller follows chance.
 pub(crate) const ROUND_SCORE: f64 = 0.2;
 
 /// Two near crowds: correspondences that are asked for the larger one, the scale of its score over the peak that holds

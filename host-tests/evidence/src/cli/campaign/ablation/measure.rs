@@ -19,9 +19,6 @@ use stereo_selfcal::{
 use super::super::real_cases::all;
 use super::super::{fused, single};
 
-/// Most pairs of a run: what longer ones add is a mean.
-const MOST_PAIRS: usize = 200;
-
 /// A row of the campaigns: a scene, or a recorded set from all views.
 pub(super) struct Row {
     /// `campaign/group/name`.
@@ -70,8 +67,8 @@ impl Figures {
 }
 
 impl Row {
-    fn made(name: String, mut scenario: Scenario) -> Self {
-        scenario.pairs = scenario.pairs.min(MOST_PAIRS);
+    fn made(name: String, mut scenario: Scenario, most: usize) -> Self {
+        scenario.pairs = scenario.pairs.min(most);
         Self { name, source: Source::Made(Box::new(scenario)) }
     }
 
@@ -191,7 +188,9 @@ impl Row {
 }
 
 /// All rows.
-pub(super) fn rows() -> Result<Vec<Row>> {
+///
+/// * `most`: pairs of a run at most.
+pub(super) fn rows(most: usize) -> Result<Vec<Row>> {
     let mut rows = Vec::new();
     let recorded = |name: &&str| -> Result<Row> {
         let set = Dataset::load(&Dataset::shipped().join(name))?;
@@ -207,24 +206,24 @@ pub(super) fn rows() -> Result<Vec<Row>> {
         rows.push(row?);
     }
     for (name, scenario) in single::scenarios()? {
-        rows.push(Row::made(format!("single/{name}"), scenario));
+        rows.push(Row::made(format!("single/{name}"), scenario, most));
     }
     for (name, scenario) in fused::scenarios() {
-        rows.push(Row::made(format!("fused/{name}"), scenario));
+        rows.push(Row::made(format!("fused/{name}"), scenario, most));
     }
     for case in all()? {
-        rows.push(Row::made(format!("real/{}", case.path()), case.scenario));
+        rows.push(Row::made(format!("real/{}", case.path()), case.scenario, most));
     }
     let rig = host_tests::synth::five_degrees_off();
     for degrees in [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01, 0.0] {
         let mut scenario = Scenario::new(ScenarioKind::Step, 120);
         (scenario.scene.outliers, scenario.scene.rig, scenario.turn_deg) = (0.1, rig, degrees);
-        rows.push(Row::made(format!("steps/{degrees}"), scenario));
+        rows.push(Row::made(format!("steps/{degrees}"), scenario, most));
     }
     for matches in [256, 64, 30, 20] {
         let mut scenario = Scenario::new(ScenarioKind::Near, 50);
         (scenario.scene.outliers, scenario.scene.matches) = (1.0, matches);
-        rows.push(Row::made(format!("garbage/{matches}"), scenario));
+        rows.push(Row::made(format!("garbage/{matches}"), scenario, most));
     }
     Ok(rows)
 }
@@ -237,10 +236,11 @@ pub(super) fn measure(
     into: &Path,
     names: &[(usize, String)],
     seeds: [u64; 2],
+    most: usize,
     switch: impl Fn(usize) + Sync,
 ) -> Result<()> {
     create_dir_all(into)?;
-    let rows = rows()?;
+    let rows = rows(most)?;
     let read =
         |(_, name): &(usize, String)| std::fs::read_to_string(into.join(name)).unwrap_or_default();
     let had: Vec<String> = names.iter().map(read).collect();

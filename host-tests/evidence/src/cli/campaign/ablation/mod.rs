@@ -31,6 +31,10 @@ pub struct Ablation {
     #[arg(long, default_value_t = 400)]
     single_trials: u64,
 
+    /// Pairs of a run at most: longer ones add little but their mean.
+    #[arg(long, default_value_t = 60)]
+    pairs: usize,
+
     /// Mechanisms whose name begins so; default all.
     #[arg(long, value_name = "PREFIX", num_args = 1..)]
     only: Vec<String>,
@@ -68,7 +72,7 @@ impl Ablation {
             let mut names: Vec<(usize, String)> =
                 chosen.iter().map(|mechanism| (mechanism.number, mechanism.name.clone())).collect();
             names.push((usize::MAX, AS_IT_IS.into()));
-            return measure::measure(into, &names, seeds, switch);
+            return measure::measure(into, &names, seeds, self.pairs, switch);
         }
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
         let of_commit = Command::new("git")
@@ -89,7 +93,7 @@ impl Ablation {
                     "ablation",
                     "--",
                 ])
-                .args([format!("--trials={}", self.trials)])
+                .args([format!("--trials={}", self.trials), format!("--pairs={}", self.pairs)])
                 .args([format!("--single-trials={}", self.single_trials)])
                 .args(self.only.iter().map(|prefix| format!("--only={prefix}")))
                 .arg("--into")
