@@ -17,7 +17,7 @@ use crate::pair::evaluate::EvaluatedPose;
 use crate::pair::solver::PairSolver;
 use crate::scalar::Scalar;
 use crate::state::Stop;
-use crate::thresholds::{CLEARLY_BETTER, FEW, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
+use crate::thresholds::{CLEARLY_BETTER, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
 
 /// Stage of an association.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -113,19 +113,19 @@ impl<T: Scalar> Association<T> {
         self.seen = seen;
         self.passes = 0;
         match turn.filter(|_| with.leaves_open(pairs)) {
-            Some(turn) => self.enter(Stage::Turned(turn), with, pairs.len()),
-            None => self.enter(Stage::Champion, with, pairs.len()),
+            Some(turn) => self.enter(Stage::Turned(turn), with),
+            None => self.enter(Stage::Champion, with),
         }
     }
 
     /// Enters a stage, or the next one where its hypothesis does not exist.
     #[inline(never)]
-    fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>, pairs: usize) {
+    fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>) {
         if let Stage::Turned(turn) = stage {
             self.stage = stage;
             let start = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
             // A comparison, and a track of the challenger with its evaluation, follow.
-            self.search(with, pairs, start, TRACK_PASSES.saturating_add(2));
+            self.search(with, start, TRACK_PASSES.saturating_add(2));
             return;
         }
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());
@@ -139,7 +139,7 @@ impl<T: Scalar> Association<T> {
             self.stage = Stage::Search;
             let start = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
             // A comparison with the challenger takes one more pass.
-            self.search(with, pairs, start, u16::from(self.rejected.by_challenger));
+            self.search(with, start, u16::from(self.rejected.by_challenger));
         }
     }
 
@@ -165,12 +165,11 @@ impl<T: Scalar> Association<T> {
     fn search(
         &mut self,
         with: &AssociationContext<'_, T>,
-        pairs: usize,
         start: RectifyingRotations<T>,
         after: u16,
     ) {
         let used = self.passes.saturating_add(after);
-        self.work = Work::Solver(with.search(start, used, pairs));
+        self.work = Work::Solver(with.search(start, used));
     }
 
     /// Takes one more pass, unless no stage is left.
@@ -193,7 +192,7 @@ impl<T: Scalar> Association<T> {
                 let next = self.decide(with)?;
                 self.stage = next;
                 if matches!(next, Stage::Challenger | Stage::Search) {
-                    self.enter(next, with, matches.pairs.len());
+                    self.enter(next, with);
                 }
                 Ok(())
             }
@@ -229,7 +228,7 @@ impl<T: Scalar> Association<T> {
             Work::Evaluated(_) | Work::None => Err(Rejection::NoConsensus),
         };
         if fits.is_err() && with.hypotheses.challenger().is_some() {
-            self.enter(Stage::Challenger, with, matches.pairs.len());
+            self.enter(Stage::Challenger, with);
             return Ok(());
         }
         fits
@@ -337,12 +336,11 @@ impl<T: Scalar> AssociationContext<'_, T> {
     /// A search within the passes left.
     ///
     /// * `used`: passes taken, and those needed after the search.
-    fn search(&self, start: RectifyingRotations<T>, used: u16, pairs: usize) -> PairSolver<T> {
+    fn search(&self, start: RectifyingRotations<T>, used: u16) -> PairSolver<T> {
         let Context { config, focal, .. } = *self.context;
         // A search needs at least the passes of a track.
         let left = config.max_passes.saturating_sub(used).max(TRACK_PASSES);
-        let search = PairSolver::search(config, focal, start, left);
-        if pairs <= FEW { search.among_few() } else { search }
+        PairSolver::search(config, focal, start, left)
     }
 
     /// Checks that a pose found by a search is an optimum with five observable directions.

@@ -8,16 +8,11 @@ pub(crate) const TUKEY: f64 = 4.685;
 pub(crate) const FIRST_SCALE_MEDIANS: f64 = 2.0;
 pub(crate) const FIRST_SCALE_PX: [f64; 2] = [15.0, 480.0];
 
-/// Each scale over the one before; in a batch of at most [`FEW`], which follows only small changes, slower; of scales
-/// above [`WIDE_SCALE_PX`], which no noise reaches, faster. Larger takes more passes; smaller loses the basin of
-/// convergence.
+/// Each scale over the one before; of scales above [`WIDE_SCALE_PX`], which no noise reaches, faster. Larger takes more
+/// passes; smaller loses the basin of convergence.
 pub(crate) const ANNEALING: f64 = 0.5;
-pub(crate) const SLOW_ANNEALING: f64 = 0.7;
 pub(crate) const WIDE_ANNEALING: f64 = 0.35;
 pub(crate) const WIDE_SCALE_PX: f64 = 30.0;
-
-/// Correspondences up to which annealing is slow. Larger takes more passes; smaller loses small batches.
-pub(crate) const FEW: usize = 128;
 
 /// Levels that residuals are counted below, and the first one; each is `sqrt 2` of the one before, the last one 16 px.
 /// More cost time; fewer make the noise to begin with coarse.
