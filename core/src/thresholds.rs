@@ -69,10 +69,6 @@ pub(crate) const FOLD_BISECTIONS: usize = 30;
 /// 4e-5 by chance at most. Larger follows a step and sees drift later; smaller rejects good pairs and renews by chance.
 pub(crate) const MAX_NIS: f64 = 28.0;
 
-/// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off.
-/// Larger locks on chance; smaller locks later.
-pub(crate) const YOUNG_SLACK: f64 = 2.0;
-
 /// Inlier share of a pair over the usual one. Larger rejects poor pairs; smaller accepts outliers.
 pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
 
@@ -274,11 +270,6 @@ pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;
 
-/// Part of each NIS that the cumulative sum leaves out, its mean of at most 5 and 4 more, and the
-/// limit of the sum. Larger misses small changes; smaller sums up model error.
-pub(crate) const CUSUM_ALLOWED: f64 = 9.0;
-pub(crate) const MAX_CUSUM: f64 = 60.0;
-
 /// Pairs before change is detected: the least that replace the older ones. Larger detects later;
 /// smaller leaves a weak estimate.
 pub(crate) const WARM_UP_PAIRS: u32 = 4;
@@ -287,10 +278,7 @@ pub(crate) const WARM_UP_PAIRS: u32 = 4;
 /// reports too small a deviation of biased matches; smaller widens healthy ones.
 pub(crate) const HEALTHY_DISAGREEMENT: f64 = 2.0;
 
-/// Error of the halves' first-order models after a step, in deviations of the estimate, beyond
-/// which they start anew, and the largest disagreement told apart: its square stays finite. Larger
-/// compares wrong models; smaller forgets often.
-pub(crate) const MAX_MODEL_ERROR: f64 = 0.1;
+/// The largest disagreement told apart: its square stays finite. Larger overflows in `f32`; smaller tells less.
 pub(crate) const MAX_TOLD_DISAGREEMENT: f64 = 1e4;
 
 /// Correspondences remembered of a pair, the bits of a word, and steps of their coordinates in a

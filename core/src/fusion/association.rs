@@ -59,8 +59,6 @@ pub(super) struct Association<T: Scalar> {
     passes: u16,
     /// End of the last solver.
     stop: Stop,
-    /// NIS of the accepted pair.
-    nis: T,
 }
 
 /// Settings, and the hypotheses that a batch is associated with.
@@ -79,7 +77,6 @@ impl<T: Scalar> Association<T> {
         seen: Seen::New,
         passes: 0,
         stop: Stop::PassesSpent,
-        nis: T::ZERO,
     };
 
     /// Whether stages are left.
@@ -281,16 +278,14 @@ impl<T: Scalar> Association<T> {
         };
         match self.stage {
             Stage::Champion => {
-                if let Some(nis) = hypotheses.gate_of_champion(evaluated, context) {
-                    self.nis = nis;
+                if hypotheses.gate_of_champion(evaluated, context) {
                     return Ok(Stage::Done(Support::Champion));
                 }
                 self.rejected.by_champion = true;
                 Ok(Stage::Challenger)
             }
             Stage::Challenger => {
-                if let Some(nis) = hypotheses.gate_of_challenger(evaluated, context) {
-                    self.nis = nis;
+                if hypotheses.gate_of_challenger(evaluated, context) {
                     return Ok(Stage::Done(Support::Challenger));
                 }
                 self.rejected.by_challenger = true;
@@ -323,7 +318,6 @@ impl<T: Scalar> Association<T> {
         Some(AssociationResult {
             support,
             evaluated,
-            nis: self.nis,
             rejected: self.rejected,
             seen: self.seen,
             passes: self.passes,

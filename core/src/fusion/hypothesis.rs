@@ -206,10 +206,7 @@ impl<T: Scalar> Hypothesis<T> {
             self.apply_marginal(measurement, marginal, &moved, repeated, context);
             return moved;
         }
-        match self.deviations(context) {
-            Some(sd) => self.halves.follow(&moved, &sd, context),
-            None => self.halves = ImageHalves::NONE,
-        }
+        self.halves.follow(&moved, context);
         let to_pose = measurement.pose.unknowns_to(&self.pose);
         self.halves.add(measurement, &to_pose, repeated, context);
         moved

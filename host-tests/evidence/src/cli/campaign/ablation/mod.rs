@@ -98,7 +98,7 @@ impl Ablation {
                 .args(self.only.iter().map(|prefix| format!("--only={prefix}")))
                 .arg("--into")
                 .arg(&into)
-                .env("CARGO_TARGET_DIR", root.join("target"))
+                .env("CARGO_TARGET_DIR", place.join("build"))
                 .current_dir(place.join("tree"))
                 .status()?;
             ensure!(status.success(), "the copy in {} failed", place.display());
