@@ -98,7 +98,7 @@ impl<T: Scalar> ChangeDetector<T> {
         renewed
     }
 
-    /// Whether a window or the CUSUM exceeds its limit.
+    /// Whether a window exceeds its limit.
     ///
     /// * `short`: short window with the last pair, about the pose of the hypothesis.
     fn has_changed(
