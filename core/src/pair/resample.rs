@@ -16,8 +16,9 @@ use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::simd::Single;
 use crate::thresholds::{
-    GROUP, GROUPS, IMPROVING_STEPS, RESAMPLE_GAIN, RESAMPLE_SCALE, RESAMPLE_SCORE, RESAMPLE_SD_RAD,
-    RESAMPLED, RESAMPLES, ROUND_SCORE, ROUNDS, SAMPLE,
+    CROWD_SAMPLE, CROWD_SCALE, CROWD_SCALE_PX, GROUP, GROUPS, IMPROVING_STEPS, RESAMPLE_GAIN,
+    RESAMPLE_SCALE, RESAMPLE_SCORE, RESAMPLE_SD_RAD, RESAMPLED, RESAMPLES, ROUND_SCORE, ROUNDS,
+    SAMPLE,
 };
 
 /// Prior of what a sample leaves free, 1/rad^2.
@@ -122,6 +123,44 @@ fn improve<T: Scalar>(
 fn scale<T: Scalar>(noise: T) -> T {
     let [least, of_noise] = RESAMPLE_SCALE.map(T::lit);
     (of_noise * noise).max(least)
+}
+
+/// Turn about x to the larger of two near crowds of correspondences, rad; `None` if none is clearly larger than the one
+/// at the pose.
+///
+/// Both are within one peak of residuals, some rows apart. Poses through small samples scatter as far, and a turn
+/// through one correspondence does not.
+///
+/// * `by`: weighting at the pose; `noise`: width of the peak, px.
+#[inline(never)]
+pub(super) fn nearest_crowd<T: Scalar>(
+    by: &Weighting<T>,
+    pairs: &[RayPair<T>],
+    noise: T,
+) -> Option<Vector5<T>> {
+    let mut rows = heapless::Vec::<[T; 2], CROWD_SAMPLE>::new();
+    for pair in scattered_over(pairs, CROWD_SAMPLE) {
+        let (constraint, in_front) = Constraint::of(Single, &by.pose, pair.rays());
+        let [pitch, ..] = constraint.jacobian;
+        if in_front && pitch != T::ZERO {
+            let precision = by.focal_squared / constraint.variance;
+            // The sample is no larger.
+            let _ = rows.push([-constraint.value / pitch, pitch * pitch * precision]);
+        }
+    }
+    let scale = (T::lit(CROWD_SCALE) * noise).max(T::lit(CROWD_SCALE_PX));
+    let unit = T::ONE / (scale * scale);
+    let score = |d: T| {
+        rows.iter().fold(T::ZERO, |sum, [of_row, per_square]| {
+            let off = d - *of_row;
+            sum + T::ONE / (T::ONE + off * off * *per_square * unit)
+        })
+    };
+    let mut best = Best::at(score(T::ZERO));
+    for [of_row, _] in &rows {
+        best.compare(score(*of_row), Vector5::x() * *of_row);
+    }
+    best.step
 }
 
 /// The step of the highest score, if it is clearly above that of the pose.
@@ -232,6 +271,25 @@ mod tests {
             ]
         };
         (0..100).map(pixel).collect()
+    }
+
+    /// The turn from the level pose onto a near crowd, px.
+    fn found_near(shifted: usize, across: f64, at: f64) -> Option<f64> {
+        let pixels = pixels(shifted, across).into_iter().map(|[u, v, x, y]| [u, v, x, y - at]);
+        let batch = batch::<f64>(pixels);
+        let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
+        let step = nearest_crowd(&solver.weighting(), batch.matches().pairs, 0.7);
+        step.map(|d| d.x * FOCAL)
+    }
+
+    #[test]
+    fn between_two_near_crowds_the_turn_leads_to_the_larger_one() {
+        for (shifted, other) in [(40, 0.0), (60, 3.0)] {
+            let moved = found_near(shifted, 3.0, 1.3).unwrap();
+            assert!((moved.abs() - (other - 1.3_f64).abs()).abs() < 0.6, "{shifted}: {moved}");
+        }
+        // At the larger crowd, and at the only one.
+        assert_eq!([found_near(40, 3.0, 0.0), found_near(0, 0.0, 0.0)], [None; 2]);
     }
 
     /// Of thirty matches those within two pixels, at the level pose and where the rounds from there lead. Half of them fit

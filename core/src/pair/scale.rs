@@ -8,8 +8,8 @@ use core::f64::consts::SQRT_2;
 use crate::scalar::Scalar;
 use crate::simd::{Lanes, Value};
 use crate::thresholds::{
-    FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE, RESAMPLED,
-    SECOND_BELOW, SMALL_SECOND_BELOW,
+    BROAD_PX, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE,
+    RESAMPLED, SECOND_BELOW, SMALL_SECOND_BELOW,
 };
 
 /// Correspondences whose whitened residual is below each level: [`FIRST_LEVEL_PX`], each `sqrt 2` times the one before.
@@ -79,8 +79,10 @@ pub(super) struct Peak<T> {
 /// Why a peak may not be that of the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PeakDoubt {
-    /// Of few correspondences, or wide: of noise, or of two crowds within it.
+    /// Of few correspondences, or so wide that any fit.
     OfFew,
+    /// Wide: of noise, or of two crowds within it.
+    Wide,
     /// Of most correspondences of a small batch.
     OfSmallBatch,
 }
@@ -91,8 +93,10 @@ impl<T: Scalar> Peak<T> {
     /// * `usable`: all correspondences. Few are fitted by a wrong pose more often.
     pub(super) fn doubt(&self, usable: T) -> Option<PeakDoubt> {
         let is_small = usize::from(usable.to_u16()) <= RESAMPLED;
-        if self.share < T::lit(SECOND_BELOW) || self.level > T::lit(NARROW_PX) {
+        if self.share < T::lit(SECOND_BELOW) || self.level > T::lit(BROAD_PX) {
             Some(PeakDoubt::OfFew)
+        } else if self.level > T::lit(NARROW_PX) {
+            Some(PeakDoubt::Wide)
         } else {
             (is_small && self.share < T::lit(SMALL_SECOND_BELOW)).then_some(PeakDoubt::OfSmallBatch)
         }

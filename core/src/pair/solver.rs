@@ -14,7 +14,7 @@ use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::{PassOver, PassSums};
-use super::resample::{Rounds, resample};
+use super::resample::{Rounds, nearest_crowd, resample};
 use super::scale::PeakDoubt;
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
@@ -31,8 +31,9 @@ use crate::scalar::Scalar;
 use crate::simd::Single;
 use crate::state::Stop;
 use crate::thresholds::{
-    FIRST_NOISE_PX, FIRST_SCALE_PX, LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE,
-    RESAMPLED, SECOND_SCALE_PX, SETTLED, TIGHT_TUKEY, TRACK_PASSES, TRACKED, TUKEY, YAW_DEVIATIONS,
+    CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE,
+    PEAK_OVER_NOISE, RESAMPLED, SECOND_SCALE_PX, SETTLED, TIGHT_TUKEY, TRACK_PASSES, TRACKED,
+    TUKEY, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -292,15 +293,22 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Starts again where a pose through a small sample is clearly better.
+    /// Starts again where another pose is clearly better: at one of two near crowds, or through a small sample.
     #[inline(never)]
     fn start_again(&mut self, matches: Matches<'_, T>) {
         let (by, noise) = (self.weighting(), self.iterate.noise);
+        let near =
+            || Some((nearest_crowd(&by, matches.pairs, noise)?, T::lit(CROWD_SCALE) * noise));
+        let far = || Some((resample(&by, matches.pairs, noise)?, T::lit(SECOND_SCALE_PX)));
+        let start = match self.second {
+            Second::Due(PeakDoubt::Wide) => near().or_else(far),
+            _ => far(),
+        };
         self.second = Second::Taken;
-        if let Some(d) = resample(&by, matches.pairs, noise)
+        if let Some((d, scale)) = start
             && self.moves(&d).is_some()
         {
-            self.schedule = Schedule::Anneal(T::lit(SECOND_SCALE_PX));
+            self.schedule = Schedule::Anneal(scale);
         }
     }
 

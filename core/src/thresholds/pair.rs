@@ -70,10 +70,11 @@ pub(crate) const FIRST_DAMPING: f64 = 0.3;
 pub(crate) const DAMPING_FACTORS: [f64; 2] = [4.0, 0.125];
 pub(crate) const DAMPING_RANGE: [f64; 2] = [0.02, 1000.0];
 
-/// An annealing that ends at a peak of fewer correspondences, as a part of the usable ones, or at one wider than
-/// [`NARROW_PX`], starts again where a pose through a small sample is better: at this scale, px. Larger spends passes;
-/// smaller stays with a fence.
+/// An annealing that ends at a peak of fewer correspondences, as a part of the usable ones, or at a wider one, px,
+/// starts again where a pose through a small sample is better: at this scale, px. Narrower peaks, but above
+/// [`NARROW_PX`], may hold two near crowds. Larger spends passes; smaller stays with a fence.
 pub(crate) const SECOND_BELOW: f64 = 0.6;
+pub(crate) const BROAD_PX: f64 = 2.1;
 pub(crate) const SECOND_SCALE_PX: f64 = 4.0;
 
 /// Poses through small samples: correspondences that they are drawn from, number of poses, correspondences in each, and
@@ -101,6 +102,13 @@ pub(crate) const IMPROVING_STEPS: usize = 3;
 /// Score of such an optimum over that of the pose before by which it is better, correspondences. Larger stays with a
 /// compromise; smaller follows chance.
 pub(crate) const ROUND_SCORE: f64 = 0.2;
+
+/// Two near crowds: correspondences that are asked for the larger one, the scale of its score over the peak that holds
+/// both, which the annealing goes on with, and the least, px. More cost time; a larger scale does not tell the crowds
+/// apart, and a smaller one follows chance.
+pub(crate) const CROWD_SAMPLE: usize = 128;
+pub(crate) const CROWD_SCALE: f64 = 0.4;
+pub(crate) const CROWD_SCALE_PX: f64 = 0.3;
 
 /// Smallest unit of the loss, in steps of the grid: a narrower one locks on the mode of rounded
 /// rows, not on their mean. Larger dulls the loss; smaller biases by 9 to 26 times the bound.
