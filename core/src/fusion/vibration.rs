@@ -1,7 +1,7 @@
 //! Vibration: how much a rig moves from one pair to the next without going anywhere (`ESTIMATOR.md`, section 14).
 //!
-//! Optima of three successive pairs are compared with each other, not with the estimate. Each distance gives one estimate
-//! of a variance; the median of the last ones counts, so that a knock is two of many.
+//! Optima of successive pairs are compared with each other, not with the estimate. Each distance gives one estimate
+//! of a variance; the median of the last ones counts, so that a knock is one of many.
 
 use nalgebra::Vector5;
 
@@ -12,7 +12,8 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     AVERAGED_PAIRS, MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, RECENT_VIBRATION_DEVIATIONS,
-    RECENT_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_RAD, VIBRATION_RATIO,
+    RECENT_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD,
+    VIBRATION_RATIO,
 };
 
 /// Samples that the median is taken of: size of a memory layout.
@@ -22,11 +23,32 @@ const RING: u32 = 15;
 /// Part of median and deviation at which a sample of the mean is cut off.
 const CLIPPED: f64 = 6.0;
 
-/// How often the variance is in the square of a distance.
-const TIMES: f64 = 1.5;
+/// How often the variance is in the square of a distance, with two constants of that number. Not computed at run time:
+/// a division of `f64` takes 0.9 kB of software on a controller.
+struct Times<T> {
+    /// The number.
+    factor: T,
+    /// Deviation of one estimate over the root of the summed squares.
+    spread: T,
+    /// Variance of a distance of a rigid rig, rad^2.
+    rigid: T,
+}
 
-/// Deviation of one sample of a unit variance along one direction.
-const SPREAD: f64 = core::f64::consts::SQRT_2 / TIMES;
+impl<T: Scalar> Times<T> {
+    /// Kind 0: distance between two pairs. Else: distance of a pair from the middle of its neighbours.
+    fn of(kind: usize) -> Self {
+        if kind == 0 { Self::constant(2.0) } else { Self::constant(1.5) }
+    }
+
+    #[inline(always)]
+    fn constant(times: f64) -> Self {
+        Self {
+            factor: T::lit(times),
+            spread: T::lit(core::f64::consts::SQRT_2 / times),
+            rigid: T::lit(times * VIBRATION_RAD * VIBRATION_RAD),
+        }
+    }
+}
 
 /// Deviation of the median of normal numbers over that of their mean.
 const MEDIAN_DEVIATION: f64 = 1.2533;
@@ -63,7 +85,7 @@ impl Block {
     }
 }
 
-/// Distance of an optimum from the middle of those before and after it.
+/// Distance of two optima, or of one from the middle of two.
 struct Distance<T: Scalar> {
     /// rad.
     d: Vector5<T>,
@@ -74,24 +96,24 @@ struct Distance<T: Scalar> {
 impl<T: Scalar> Distance<T> {
     /// Estimate of the variance by this distance.
     ///
-    /// * `known`: the variance as known.
-    fn variance(&self, known: T) -> Option<Sample<T>> {
+    /// * `known`: the variance as known; `times`: how often it is in the squared distance.
+    fn variance(&self, known: T, times: &Times<T>) -> Option<Sample<T>> {
         let trace = |m: &Symmetric5<T>| m.diagonal().into_iter().fold(T::ZERO, |sum, d| sum + d);
         let mut expected = self.covariance;
-        expected.add_diagonal(known * T::lit(TIMES));
+        expected.add_diagonal(known * times.factor);
         let factor = expected.factor(T::ZERO)?;
         let (pull, inverse) = (factor.solve(&self.d), factor.inverse());
         let (sum, squares) = (trace(&inverse), inverse.dot(&inverse));
         // Median of a chi-square over its mean (Wilson and Hilferty).
         let root = T::ONE - T::lit(2.0 / 9.0) * squares / (sum * sum);
-        let estimate = |form: T| known + (form - sum) / (squares * T::lit(TIMES));
+        let estimate = |form: T| known + (form - sum) / (squares * times.factor);
         let form = pull.norm_squared();
         let (mean, median) = (estimate(form), estimate(form / (root * root * root)));
-        let spread = T::lit(SPREAD) / squares.sqrt();
+        let spread = times.spread / squares.sqrt();
         let mut rigid = self.covariance;
-        rigid.add_diagonal(T::lit(TIMES * VIBRATION_RAD * VIBRATION_RAD));
+        rigid.add_diagonal(times.rigid);
         let rigid = rigid.inverse()?;
-        let deviation = T::lit(SPREAD) / rigid.dot(&rigid).sqrt();
+        let deviation = times.spread / rigid.dot(&rigid).sqrt();
         let most = T::lit(2.0) * most::<T>();
         (median.is_finite() && deviation.is_finite()).then(|| Sample {
             median: median.clamp(-most, most),
@@ -119,7 +141,7 @@ fn most<T: Scalar>() -> T {
     T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD)
 }
 
-/// The last estimates of one variance, the newest first.
+/// The last estimates of one variance by one kind of distance, the newest first.
 #[derive(Debug, Clone, Copy)]
 struct Samples<T> {
     /// rad^2; negative by chance.
@@ -162,12 +184,13 @@ impl<T: Scalar> Samples<T> {
 
     /// The variance, 0 where there is no sign of any.
     ///
-    /// * `count`: samples.
-    fn variance(&self, count: u32) -> T {
+    /// * `count`: samples; `before`: what was believed: less of a sign is enough to go on.
+    fn variance(&self, count: u32, before: T) -> T {
         let count = newest(count);
         if count < MIN_VIBRATION_SAMPLES {
             return T::ZERO;
         }
+        let ease = if before > T::ZERO { VIBRATION_HYSTERESIS } else { 1.0 };
         let [all, of_all] = self.median(count);
         let [late, of_late] = self.median(count.min(RECENT_VIBRATION_SAMPLES));
         let begun = late > T::lit(RECENT_VIBRATION_DEVIATIONS) * of_late
@@ -176,7 +199,7 @@ impl<T: Scalar> Samples<T> {
         let least =
             (T::lit(VIBRATION_DEVIATIONS) * deviation).max(T::lit(VIBRATION_RAD * VIBRATION_RAD));
         let told = if begun { late } else { self.mean };
-        if median > least { told.min(most()) } else { T::ZERO }
+        if median > least * T::lit(ease) { told.min(most()) } else { T::ZERO }
     }
 }
 
@@ -208,6 +231,8 @@ struct PairOptimum<T: Scalar> {
     covariance: Symmetric5<T>,
 }
 
+impl<T: Scalar> PairOptimum<T> {}
+
 /// A vibration without its samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct KnownVibration<T> {
@@ -228,10 +253,10 @@ pub(super) struct VibrationEstimator<T: Scalar> {
     last: Option<PairOptimum<T>>,
     /// The pair before it.
     before: Option<PairOptimum<T>>,
-    /// Of rotation, of baseline.
-    samples: [Samples<T>; 2],
-    /// Samples of each, at most [`AVERAGED_PAIRS`].
-    count: u32,
+    /// By first and by second differences: of rotation, of baseline.
+    samples: [[Samples<T>; 2]; 2],
+    /// Samples of both kinds, at most [`AVERAGED_PAIRS`].
+    counts: [u32; 2],
     variances: BlockVariances<T>,
 }
 
@@ -239,16 +264,16 @@ impl<T: Scalar> VibrationEstimator<T> {
     pub(super) const RIGID: Self = Self {
         last: None,
         before: None,
-        samples: [Samples::NONE; 2],
-        count: 0,
+        samples: [[Samples::NONE; 2]; 2],
+        counts: [0; 2],
         variances: BlockVariances::ZERO,
     };
 
     /// Forgets all pairs, in place.
     pub(super) fn clear(&mut self) {
         self.interrupt();
-        self.samples.iter_mut().for_each(|samples| *samples = Samples::NONE);
-        self.count = 0;
+        self.samples.iter_mut().flatten().for_each(|samples| *samples = Samples::NONE);
+        self.counts = [0; 2];
         self.variances = BlockVariances::ZERO;
     }
 
@@ -264,8 +289,12 @@ impl<T: Scalar> VibrationEstimator<T> {
 
     /// The variances, and the deviations of a sample of each for a rigid rig.
     pub(super) fn known(&self) -> KnownVibration<T> {
-        let deviations = self.samples.each_ref().map(|samples| samples.deviation);
-        KnownVibration { variances: self.variances, deviations }
+        let [[r1, b1], [r2, b2]] = &self.samples;
+        let deviation = |a: &Samples<T>, b: &Samples<T>| a.deviation.max(b.deviation);
+        KnownVibration {
+            variances: self.variances,
+            deviations: [deviation(r1, r2), deviation(b1, b2)],
+        }
     }
 
     /// Begins with a vibration: as many samples of it as the median is taken of.
@@ -275,11 +304,13 @@ impl<T: Scalar> VibrationEstimator<T> {
             return;
         }
         let BlockVariances { rotation, baseline } = known.variances;
-        let each = self.samples.iter_mut().zip([rotation, baseline]).zip(known.deviations);
-        for ((samples, variance), deviation) in each {
-            *samples = Samples { values: [variance; SAMPLES], deviation, mean: variance };
+        for kind in &mut self.samples {
+            let each = kind.iter_mut().zip([rotation, baseline]).zip(known.deviations);
+            for ((samples, variance), deviation) in each {
+                *samples = Samples { values: [variance; SAMPLES], deviation, mean: variance };
+            }
         }
-        (self.count, self.variances) = (RING, known.variances);
+        (self.counts, self.variances) = ([RING; 2], known.variances);
     }
 
     /// Adds a pair of a new scene.
@@ -293,30 +324,50 @@ impl<T: Scalar> VibrationEstimator<T> {
         }
     }
 
-    /// Compares the optimum before that of a pair with the middle of both beside it: a drift does not show.
+    /// Compares the optimum of a pair with those before it.
     fn compare(&mut self, at: Vector5<T>, covariance: Symmetric5<T>) {
         let [last, before] = [self.last, self.before];
         (self.last, self.before) = (Some(PairOptimum { at, covariance }), last);
-        let Some((last, before)) = last.zip(before) else { return };
-        let quarter = T::HALF * T::HALF;
-        let both = before.covariance.plus(&covariance).scaled(quarter);
-        self.sample(&(last.at - (before.at + at) * T::HALF), &both.plus(&last.covariance));
+        let Some(last) = last else { return };
+        self.sample(0, &(at - last.at), &last.covariance.plus(&covariance));
+        if let Some(before) = before {
+            let quarter = T::HALF * T::HALF;
+            let both = before.covariance.plus(&covariance).scaled(quarter);
+            let apart = last.at - (before.at + at) * T::HALF;
+            self.sample(1, &apart, &both.plus(&last.covariance));
+        }
+        self.update();
     }
 
     /// Adds the samples of one distance.
+    ///
+    /// * `kind`: 0 of first differences, 1 of second ones.
     #[inline(never)]
-    fn sample(&mut self, d: &Vector5<T>, covariance: &Symmetric5<T>) {
+    fn sample(&mut self, kind: usize, d: &Vector5<T>, covariance: &Symmetric5<T>) {
         let known = self.variances.at_least_rigid();
-        let rotation = Block::Rotation.of(d, covariance).variance(known.rotation);
-        let baseline = Block::Baseline.of(d, covariance).variance(known.baseline);
-        let Some((rotation, baseline)) = rotation.zip(baseline) else { return };
-        self.count = self.count.saturating_add(1).min(AVERAGED_PAIRS);
-        let [of_rotation, of_baseline] = &mut self.samples;
-        of_rotation.add(rotation, self.count);
-        of_baseline.add(baseline, self.count);
+        let times = Times::of(kind);
+        let rotation = Block::Rotation.of(d, covariance).variance(known.rotation, &times);
+        let baseline = Block::Baseline.of(d, covariance).variance(known.baseline, &times);
+        let both = rotation.zip(baseline);
+        let kinds = self.samples.get_mut(kind).zip(self.counts.get_mut(kind));
+        let Some(((rotation, baseline), (samples, count))) = both.zip(kinds) else { return };
+        *count = count.saturating_add(1).min(AVERAGED_PAIRS);
+        let [of_rotation, of_baseline] = samples;
+        of_rotation.add(rotation, *count);
+        of_baseline.add(baseline, *count);
+    }
+
+    /// The smaller of both kinds: a drift is in first differences, frequent knocks twice in second ones.
+    fn update(&mut self) {
+        let [first, second] = &self.samples;
+        let ([of_first, of_second], before) = (self.counts, self.variances);
+        let least = |a: &Samples<T>, b: &Samples<T>, before: T| {
+            a.variance(of_first, before).min(b.variance(of_second, before))
+        };
+        let ([r1, b1], [r2, b2]) = (first, second);
         self.variances = BlockVariances {
-            rotation: of_rotation.variance(self.count),
-            baseline: of_baseline.variance(self.count),
+            rotation: least(r1, r2, before.rotation),
+            baseline: least(b1, b2, before.baseline),
         };
     }
 }

@@ -9,7 +9,7 @@ use host_tests::bounds::cramer_rao;
 use host_tests::data::{Dataset, Match, TurnedCamera, TurnedView, in_f64};
 use host_tests::run::monte_carlo::calibrator;
 use host_tests::run::progress;
-use host_tests::synth::{Fence, Scenario, ScenarioKind};
+use host_tests::synth::{Scenario, ScenarioKind};
 use rayon::prelude::*;
 use stereo_selfcal::metrics::Deviation;
 use stereo_selfcal::{
@@ -213,13 +213,6 @@ pub(super) fn rows(most: usize) -> Result<Vec<Row>> {
     }
     for case in all()? {
         rows.push(Row::made(format!("real/{}", case.path()), case.scenario, most));
-    }
-    // Of a rig that is rectified already, a near crowd is within the first scale.
-    for across_px in [1.5, 3.0] {
-        let mut scenario = Scenario::new(ScenarioKind::Near, 60);
-        scenario.scene.rig = Extrinsics::SIDE_BY_SIDE;
-        scenario.scene.fence = Some(Fence { share: 0.4, across_px, local: false });
-        rows.push(Row::made(format!("rectified/fence-{across_px}"), scenario, most));
     }
     let rig = host_tests::synth::five_degrees_off();
     for degrees in [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01, 0.0] {
