@@ -76,11 +76,10 @@ pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
 /// small steps; smaller rejects pairs of a vibrating rig.
 pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
 
-/// Samples from which on vibration is told, deviations of their median by chance that it exceeds, and the part of both
-/// limits once it is known. Larger tells it later; smaller by chance.
+/// Samples from which on vibration is told, and deviations of their median by chance that it exceeds. Larger tells it
+/// later; smaller by chance.
 pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
 pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
-pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
 
 /// Newest samples that count alone where their median exceeds so many deviations, and that of all so many times: a
 /// vibration has begun; by the same ratio a mean is of another time. Larger notices it later; smaller by a knock.
