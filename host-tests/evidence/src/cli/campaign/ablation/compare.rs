@@ -20,6 +20,9 @@ const RATIO: f64 = 1.03;
 /// A difference of shares counts from here on.
 const SHARE: f64 = 0.01;
 
+/// Name of a figure, the figure, from which difference on it counts, and whether more is worse.
+type Part = (&'static str, fn(&Figures) -> f64, f64, bool);
+
 type Runs = BTreeMap<String, BTreeMap<u64, Figures>>;
 
 /// A figure of a row that differs.
@@ -82,7 +85,6 @@ fn differences(off: &Runs, on: &Runs) -> Vec<Difference> {
                 all.push(Difference { row: row.clone(), what, values, is_worse: ratio > 1.0 });
             }
         }
-        type Part = (&'static str, fn(&Figures) -> f64, f64, bool);
         let parts: [Part; 5] = [
             ("success", |figures| figures.success, SHARE, false),
             ("beyond 5 sd", |figures| figures.bad, SHARE, true),
