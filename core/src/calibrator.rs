@@ -11,6 +11,7 @@ mod witness;
 pub use calibration::Calibration;
 
 use crate::batch::correspondence::{Cameras, Correspondence};
+use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::batch::{Batch, Pushed};
 use crate::config::Config;
 use crate::depth::mount::MountYaw;
@@ -23,7 +24,7 @@ use crate::outcome::proposal::Proposal;
 use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{DIFFERENCE_VARIANCE, SCREEN, SCREEN_NOISES, SPARE_PASSES};
+use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
 use estimator::Estimator;
 use step::Step;
 

@@ -66,13 +66,10 @@ pub(crate) const FOLD_BISECTIONS: usize = 30;
 
 // Fusion.
 
-/// Largest normalised innovation squared (NIS) of a pair over the reduced chi-square; chance exceeds it at 4e-5 at
-/// most. A larger limit follows a step later; a smaller one rejects good pairs.
+/// Largest normalised innovation squared (NIS) of a pair, and largest normalised score squared of a window, over the reduced
+/// chi-square; chance exceeds it at 4e-5 at most. A larger limit follows a step and sees drift later; a smaller one rejects
+/// good pairs and renews by chance.
 pub(crate) const MAX_NIS: f64 = 28.0;
-
-/// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off. A larger factor locks
-/// on chance; a smaller one locks later.
-pub(crate) const YOUNG_SLACK: f64 = 2.0;
 
 /// Least inlier share of a pair over the usual share. A larger ratio rejects poor pairs; a smaller one accepts
 /// outliers.
@@ -82,11 +79,10 @@ pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
 /// steps; a smaller one rejects pairs of a vibrating rig.
 pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
 
-/// Samples that a test for vibration needs, deviations by which their median must exceed chance, and the factor of both
-/// limits once vibration is known. Larger limits detect vibration later; smaller ones detect it by chance.
+/// Samples that a test for vibration needs, and deviations by which their median must exceed chance. Larger limits detect
+/// vibration later; smaller ones detect it by chance.
 pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
 pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
-pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
 
 /// Number of newest samples that count alone if their median exceeds so many deviations and so many times the median of
 /// all: vibration has begun. The same ratio tells that a mean is stale. Larger values notice it later; smaller ones
@@ -283,19 +279,11 @@ pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 pub(crate) const OPEN_COST: f64 = 0.4;
 
 /// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the short one counts as
-/// when it replaces older ones. Larger factors see small changes later; smaller ones forget.
+/// when it replaces older ones, and pairs that the share of a crowd is a mean of. Larger factors see small changes later;
+/// smaller ones forget.
 pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;
-
-/// Largest normalised score squared of a window over the reduced chi-square; chance exceeds it at 4e-5 a window. A
-/// larger limit sees drift later; a smaller one renews by chance.
-pub(crate) const MAX_WINDOW: f64 = 28.0;
-
-/// Part of each NIS that the cumulative sum leaves out (its mean is at most 5; 4 more), and the limit of the sum.
-/// Larger values miss small changes; smaller ones sum up model error.
-pub(crate) const CUSUM_ALLOWED: f64 = 9.0;
-pub(crate) const MAX_CUSUM: f64 = 60.0;
 
 /// Pairs before change is detected: the least number that replaces older pairs. A larger number detects later; a
 /// smaller one leaves a weak estimate.
@@ -305,10 +293,8 @@ pub(crate) const WARM_UP_PAIRS: u32 = 4;
 /// reports too small a deviation of biased matches; a smaller one widens healthy ones.
 pub(crate) const HEALTHY_DISAGREEMENT: f64 = 2.0;
 
-/// Error of the halves' first-order models after a step, in deviations of the estimate, above which they restart; and
-/// the largest disagreement that is distinguished, whose square stays finite. A larger error compares wrong models; a
-/// smaller one forgets often.
-pub(crate) const MAX_MODEL_ERROR: f64 = 0.1;
+/// Largest disagreement that is distinguished; its square stays finite. A larger limit overflows in `f32`; a smaller one
+/// distinguishes less.
 pub(crate) const MAX_TOLD_DISAGREEMENT: f64 = 1e4;
 
 /// Correspondences of a pair that are remembered, one for each bit of a word; and coordinate steps a pixel. Larger

@@ -5,6 +5,9 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_DEPTH;
 
+/// Variance of a row offset, and of a disparity, over that of a coordinate: each view adds its own.
+pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
+
 /// Row offset `e_i = v_l - v_r` of eq 11 between the rectified rays, at unit depth, dimensionless; times the focal
 /// length it is in px.
 ///

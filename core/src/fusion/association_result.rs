@@ -30,8 +30,6 @@ pub(super) struct Rejected {
 pub(super) struct AssociationResult<'a, T: Scalar> {
     pub(super) support: Support,
     pub(super) evaluated: &'a EvaluatedPose<T>,
-    /// NIS under the supported hypothesis, over its reduced chi-square.
-    pub(super) nis: T,
     pub(super) rejected: Rejected,
     /// Relation of the pair to the scene of the last fused pair.
     pub(super) seen: Seen,

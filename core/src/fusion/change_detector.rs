@@ -1,6 +1,6 @@
 //! Change detection: changes of the rig below the noise of a single pair (`ESTIMATOR.md`, section 14).
 //!
-//! Score tests over two exponential windows, and a one-sided CUSUM of the NIS.
+//! Score tests over two exponential windows.
 
 use nalgebra::Vector5;
 
@@ -11,11 +11,9 @@ use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
-use crate::thresholds::{
-    CUSUM_ALLOWED, LONG_DECAY, MAX_CUSUM, MAX_WINDOW, SHORT_DECAY, SHORT_PAIRS, WARM_UP_PAIRS,
-};
+use crate::thresholds::{LONG_DECAY, MAX_NIS, SHORT_DECAY, SHORT_PAIRS, WARM_UP_PAIRS};
 
-/// Two windows over the last pairs, and a cumulative sum of their NIS.
+/// Two windows over the last pairs.
 #[derive(Debug, Clone)]
 pub(super) struct ChangeDetector<T: Scalar> {
     /// Short window without the last pair, in the frame of the hypothesis.
@@ -26,8 +24,6 @@ pub(super) struct ChangeDetector<T: Scalar> {
     long: NormalEquations<T>,
     /// Variance of the long window's gradient.
     long_variance: Information<T>,
-    /// CUSUM of the NIS, dimensionless.
-    cumulative: T,
     /// Pairs since the start or the last detection.
     pairs: u32,
 }
@@ -38,7 +34,6 @@ impl<T: Scalar> ChangeDetector<T> {
         short_variance: Information::ZERO,
         long: NormalEquations::ZERO,
         long_variance: Information::ZERO,
-        cumulative: T::ZERO,
         pairs: 0,
     };
 
@@ -57,14 +52,12 @@ impl<T: Scalar> ChangeDetector<T> {
 
     /// Adds a pair that the hypothesis already includes; returns whether the rig has changed.
     ///
-    /// * `nis`: NIS of the pair, over the reduced chi-square.
     /// * `moved`: step of the hypothesis, rad.
     #[inline(never)]
     pub(super) fn add(
         &mut self,
         hypothesis: &Hypothesis<T>,
         measurement: &PairMeasurement<T>,
-        nis: T,
         moved: &Vector5<T>,
         context: &Context<'_, T>,
     ) -> bool {
@@ -86,7 +79,6 @@ impl<T: Scalar> ChangeDetector<T> {
         };
         self.short_variance = add(&self.short_variance, decay, &pair);
         self.long_variance = add(&self.long_variance, long_decay, &debiased);
-        self.cumulative = (self.cumulative + nis - T::lit(CUSUM_ALLOWED)).max(T::ZERO);
         self.pairs = self.pairs.saturating_add(1);
         self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, &short, context)
     }
@@ -105,7 +97,7 @@ impl<T: Scalar> ChangeDetector<T> {
         renewed
     }
 
-    /// Whether a window or the CUSUM exceeds its limit.
+    /// Whether a window exceeds its limit.
     ///
     /// * `short`: short window with the last pair, about the pose of the hypothesis.
     fn has_changed(
@@ -114,7 +106,7 @@ impl<T: Scalar> ChangeDetector<T> {
         short: &NormalEquations<T>,
         context: &Context<'_, T>,
     ) -> bool {
-        let limit = T::lit(MAX_WINDOW) * hypothesis.reduced_chi_square();
+        let limit = T::lit(MAX_NIS) * hypothesis.reduced_chi_square();
         // Score test: squared gradient at the pose over its variance under the hypothesis.
         let rejects = |window: &NormalEquations<T>, variance: &Information<T>| {
             let mut variance = variance.0;
@@ -122,9 +114,7 @@ impl<T: Scalar> ChangeDetector<T> {
             let statistic = variance.inverse_form(&window.gradient);
             statistic.is_some_and(|statistic| statistic > limit)
         };
-        rejects(short, &self.short_variance)
-            || rejects(&self.long, &self.long_variance)
-            || self.cumulative > T::lit(MAX_CUSUM)
+        rejects(short, &self.short_variance) || rejects(&self.long, &self.long_variance)
     }
 
     /// Pairs since the start or the last detection.

@@ -14,7 +14,7 @@ use crate::outcome::pair_report::Fused;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{LOST_AFTER, MAX_FAILED, MIN_AGREED, YOUNG_SLACK};
+use crate::thresholds::{LOST_AFTER, MAX_FAILED, MIN_AGREED};
 
 /// The reported hypothesis.
 #[derive(Debug, Clone)]
@@ -50,7 +50,7 @@ impl<T: Scalar> Champion<T> {
             // The windows weigh earlier pairs without the vibration, or settle them differently.
             detector.restart();
         }
-        Ok(!repeated && detector.add(hypothesis, measurement, result.nis, &moved, context))
+        Ok(!repeated && detector.add(hypothesis, measurement, &moved, context))
     }
 }
 
@@ -167,26 +167,25 @@ impl<T: Scalar> Hypotheses<T> {
         self.champion().filter(|_| !afresh).map(|champion| *champion.pose())
     }
 
-    /// NIS of a pair inside the champion's gate, over the reduced chi-square.
+    /// Whether a pair is inside the champion's gate.
     pub(super) fn gate_of_champion(
         &self,
         evaluated: &EvaluatedPose<T>,
         context: &Context<'_, T>,
-    ) -> Option<T> {
-        let champion = self.champion()?;
-        champion.gate(evaluated, champion.inlier_share, T::ONE, context)
+    ) -> bool {
+        self.champion()
+            .is_some_and(|champion| champion.gate(evaluated, champion.inlier_share, context))
     }
 
-    /// NIS of a pair inside the challenger's gate, over the reduced chi-square.
+    /// Whether a pair is inside the challenger's gate.
     pub(super) fn gate_of_challenger(
         &self,
         evaluated: &EvaluatedPose<T>,
         context: &Context<'_, T>,
-    ) -> Option<T> {
-        // Without a champion the challenger is young, and may be a few deviations off.
-        let slack = if self.champion.is_none() { T::lit(YOUNG_SLACK) } else { T::ONE };
-        let challenger = self.challenger().filter(|_| evaluated.has_clear_peak())?;
-        challenger.gate(evaluated, challenger.inlier_share, slack, context)
+    ) -> bool {
+        let challenger = self.challenger().filter(|_| evaluated.has_clear_peak());
+        challenger
+            .is_some_and(|challenger| challenger.gate(evaluated, challenger.inlier_share, context))
     }
 
     /// Counts a pair against the hypotheses whose gates rejected it. A challenger that fails too often is dropped.
@@ -349,7 +348,7 @@ impl<T: Scalar> Hypotheses<T> {
         let share = challenger.hypothesis.inlier_share;
         let is_same = challenger.agreed >= MIN_AGREED
             && share < champion.hypothesis.inlier_share
-            && champion.hypothesis.gate(evaluated, share, T::ONE, context).is_some()
+            && champion.hypothesis.gate(evaluated, share, context)
             && !challenger.hypothesis.departs_from(&champion.hypothesis, context);
         if is_same {
             champion.hypothesis.inlier_share = share;

@@ -26,8 +26,8 @@ use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_PAIRS, CROWD_SHARE, DRIFT_DECAY, FREEDOM_RAD,
-    IMPROVEMENT, MAX_LOCKED_SD_RAD, MAX_REDUCED_CHI_SQUARE, SHORT_DECAY,
+    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_SHARE, DRIFT_DECAY, FREEDOM_RAD, IMPROVEMENT,
+    MAX_LOCKED_SD_RAD, MAX_REDUCED_CHI_SQUARE, SHORT_DECAY, SHORT_PAIRS,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -198,7 +198,7 @@ impl<T: Scalar> Hypothesis<T> {
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
         self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
-        let gain = T::ONE / T::count(self.pairs.min(CROWD_PAIRS));
+        let gain = T::ONE / T::count(self.pairs.min(SHORT_PAIRS));
         self.crowd += (measurement.crowd - self.crowd) * gain;
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
@@ -206,10 +206,7 @@ impl<T: Scalar> Hypothesis<T> {
             self.apply_marginal(measurement, marginal, &moved, repeated, context);
             return moved;
         }
-        match self.deviations(context) {
-            Some(sd) => self.halves.follow(&moved, &sd, context),
-            None => self.halves = ImageHalves::NONE,
-        }
+        self.halves.follow(&moved, context);
         let to_pose = measurement.pose.unknowns_to(&self.pose);
         self.halves.add(measurement, &to_pose, repeated, context);
         moved

@@ -14,12 +14,13 @@ use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::correspondence::RayPair;
+use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CLEAR_PEAK_DEVIATIONS, DIFFERENCE_VARIANCE, FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX,
-    FOUND_PEAK, FOUND_PEAK_DEVIATIONS, MIN_WEIGHTED, TRACK_MIN_NEAR, TRACK_PEAK,
+    CLEAR_PEAK_DEVIATIONS, FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX, MIN_WEIGHTED,
+    PEAK_DEVIATIONS, PEAK_OVER_BESIDE, TRACK_MIN_NEAR, TRACK_PEAK,
 };
 
 /// Measurement of the extrinsics by one batch.
@@ -208,9 +209,9 @@ impl<T: Scalar> EvaluatedPose<T> {
         let [share, per_px] = FOUND_NEAR.map(T::lit);
         let share = (share + per_px * noise).min(T::lit(FOUND_NEAR_MOST));
         near >= T::count(needed.into())
-            && near >= T::lit(FOUND_PEAK) * beside
+            && near >= T::lit(PEAK_OVER_BESIDE) * beside
             && near >= share * self.stats.usable
-            && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS)
+            && self.stats.exceeds_background(PEAK_DEVIATIONS)
             && noise < T::lit(FOUND_NOISE_PX)
             && self.is_largest_crowd()
     }
@@ -220,7 +221,7 @@ impl<T: Scalar> EvaluatedPose<T> {
     /// * `needed`: near residuals, by configuration.
     pub(crate) fn no_scene(&self, needed: u16) -> Option<Rejection> {
         let forms_peak = self.stats.near() >= T::count(needed.into())
-            && self.stats.exceeds_background(FOUND_PEAK_DEVIATIONS);
+            && self.stats.exceeds_background(PEAK_DEVIATIONS);
         let why = if self.stats.is_behind() {
             Some(Rejection::Behind)
         } else {

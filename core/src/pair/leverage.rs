@@ -6,9 +6,7 @@
 
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::{
-    FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, TRUSTED_PEAK_DEVIATIONS,
-};
+use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, PEAK_DEVIATIONS};
 
 /// Limit on a correspondence's share of the information on the baseline, dimensionless.
 #[derive(Debug, Clone, Copy)]
@@ -56,10 +54,10 @@ impl<T: Scalar> HighLeverage<T> {
     }
 }
 
-/// Whether residuals within 2 units exceed those from 2 to 4 by [`TRUSTED_PEAK_DEVIATIONS`] of chance. Outliers fill
+/// Whether residuals within 2 units exceed those from 2 to 4 by [`PEAK_DEVIATIONS`] of chance. Outliers fill
 /// both bands alike.
 pub(crate) fn form_peak<T: Scalar>([near, beside]: [T; 2]) -> bool {
-    near - beside > T::lit(TRUSTED_PEAK_DEVIATIONS) * (near + beside).sqrt()
+    near - beside > T::lit(PEAK_DEVIATIONS) * (near + beside).sqrt()
 }
 
 impl<T: Scalar> Leverage<T> {

@@ -3,7 +3,13 @@
 //! The variance is that of the matcher's noise plus that of rounding to its grid. To change the loss, change this file.
 
 use crate::scalar::Scalar;
-use crate::thresholds::{BESIDE, MIN_UNIT, NEAR, TRUNCATED_VARIANCE};
+use crate::thresholds::{MIN_UNIT, NEAR};
+
+/// Variance of a unit normal distribution cut off at [`NEAR`]: `1 - 4 phi(2) / (2 Phi(2) - 1)`.
+const TRUNCATED_VARIANCE: f64 = 0.7737;
+
+/// Outer edge of the band beside a peak, in units of the loss: from [`NEAR`] on it is as wide as the peak.
+pub(super) const BESIDE: f64 = 2.0 * NEAR;
 
 /// Geman-McClure weight `1 / (1 + x)^2`, `x = (r / scale)^2`, dimensionless: smooth and wide, for graduated
 /// non-convexity.

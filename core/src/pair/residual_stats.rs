@@ -1,9 +1,9 @@
 //! Residual statistics at a pose: noise, inliers, and the fit against that of the start (`ESTIMATOR.md`, section 7).
 
-use super::loss::ResidualVariance;
+use super::loss::{BESIDE, ResidualVariance};
 use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
-use crate::thresholds::{BESIDE, CROWD, INLIER, NEAR};
+use crate::thresholds::{CROWD, INLIER, NEAR};
 
 /// Counts of correspondences (whole numbers) and sums over them.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,11 @@
 //! step. A later shift of the distribution is followed at the pace of the steps.
 
 use crate::scalar::Scalar;
-use crate::thresholds::paper::{MEDIAN_STEP, MEDIAN_VALUES, MIN_DEVIATION_RAD};
+use crate::thresholds::paper::{MEDIAN_VALUES, MIN_DEVIATION_RAD};
+
+/// Step over the median absolute deviation: 1.4826 makes that a standard deviation, 1.2533 = sqrt(pi / 2) one over twice
+/// the normal density at the median.
+const MEDIAN_STEP: f64 = 1.4826 * 1.2533;
 
 /// Streaming median. RAM: about 140 bytes in `f32`.
 #[derive(Debug, Clone)]

@@ -8,24 +8,20 @@ pub(crate) const TUKEY: f64 = 4.685;
 pub(crate) const FIRST_SCALE_MEDIANS: f64 = 2.0;
 pub(crate) const FIRST_SCALE_PX: [f64; 2] = [15.0, 480.0];
 
-/// Ratio of successive scales. It is slower in a batch of at most [`FEW`], which follows only small changes, and faster
-/// above [`WIDE_SCALE_PX`], which no noise reaches. A larger ratio takes more passes; a smaller one loses the basin of
-/// convergence.
+/// Ratio of successive scales. It is faster above [`WIDE_SCALE_PX`], which no noise reaches. A larger ratio takes more
+/// passes; a smaller one loses the basin of convergence.
 pub(crate) const ANNEALING: f64 = 0.5;
-pub(crate) const SLOW_ANNEALING: f64 = 0.7;
 pub(crate) const WIDE_ANNEALING: f64 = 0.35;
 pub(crate) const WIDE_SCALE_PX: f64 = 30.0;
-
-/// Largest batch with slow annealing. A larger number takes more passes; a smaller one loses small batches.
-pub(crate) const FEW: usize = 128;
 
 /// Levels that residuals are counted below, and the first level; each level is `sqrt 2` of the one before, and the last
 /// one is 16 px. More levels cost time; fewer make the first estimate of the noise coarse.
 pub(crate) const LEVELS: usize = 13;
 pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
-/// Requirements of a peak of residuals: its part of the usable ones, its count over that beside it, and the excess in
-/// deviations of chance. Larger values overlook few inliers; smaller ones take chance for a peak.
+/// Requirements of a peak of residuals: its part of the usable ones while the scale falls; its count over that beside it
+/// (outliers alone show 1), also at a pose found from afar; and its excess in deviations of chance, also of
+/// correspondences of high leverage. Larger values overlook few inliers; smaller ones take chance for a peak.
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
@@ -57,9 +53,6 @@ pub(crate) const TIGHT_TUKEY: f64 = 2.5;
 /// smaller ones take chance for a crowd.
 pub(crate) const CROWD: f64 = 10.0;
 pub(crate) const CROWD_SHARE: f64 = 0.08;
-
-/// Pairs that the share of a crowd is a mean of. More pairs follow later; fewer follow chance.
-pub(crate) const CROWD_PAIRS: u32 = 10;
 
 /// Largest noise of a coordinate, and of a found pose; outliers raise the estimate. A larger limit takes outliers for a
 /// consensus; a smaller one refuses poor matchers.
@@ -108,9 +101,8 @@ pub(crate) const GROUPS: usize = 3;
 pub(crate) const GROUP: usize = 8;
 pub(crate) const IMPROVING_STEPS: usize = 3;
 
-/// Score by which such an optimum is better than the pose before: a part of it, times the ratio of the noise to the
-/// scale of the score, and correspondences. Larger values stay with a compromise; smaller ones follow chance.
-pub(crate) const ROUND_GAIN: f64 = 0.08;
+/// Score by which such an optimum is better than the pose before, correspondences. A larger value stays with a
+/// compromise; a smaller one follows chance.
 pub(crate) const ROUND_SCORE: f64 = 0.2;
 
 /// Two near crowds: correspondences that measure the larger crowd; scale of its score over the peak that holds both,
@@ -124,18 +116,12 @@ pub(crate) const CROWD_SCALE_PX: f64 = 0.3;
 /// mean. A larger unit dulls the loss; a smaller one biases by 9 to 26 times the bound.
 pub(crate) const MIN_UNIT: f64 = 0.6;
 
-/// Limit of a near residual, in units of the loss; near residuals give the noise. And the variance of a unit normal
-/// distribution cut off there. A larger limit lets outliers in; a smaller one discards inliers.
+/// Limit of a near residual, in units of the loss; near residuals give the noise. A larger limit lets outliers in; a
+/// smaller one discards inliers.
 pub(crate) const NEAR: f64 = 2.0;
-pub(crate) const TRUNCATED_VARIANCE: f64 = 0.7737;
 
-/// Limit of an inlier, and outer edge of the band beside the peak, in units of the loss. From [`NEAR`] on the band is
-/// as wide as the peak. A larger limit counts outliers; a smaller one discards inliers.
+/// Limit of an inlier, in units of the loss. A larger limit counts outliers; a smaller one discards inliers.
 pub(crate) const INLIER: f64 = 3.0;
-pub(crate) const BESIDE: f64 = 4.0;
-
-/// Variance of a row offset, and of a disparity, over that of a coordinate: each view adds its own.
-pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
 
 /// Least degrees of freedom per near residual; it keeps the noise of few residuals finite. A larger value understates
 /// the noise; a smaller one lets it grow.
@@ -164,11 +150,6 @@ pub(crate) const MAX_LEVERAGE: f64 = 8.0;
 /// inliers.
 pub(crate) const FIRST_MAX_LEVERAGE: f64 = 46.0;
 
-/// Near residuals of correspondences of high leverage over those beside, in deviations of chance, above which a track
-/// takes them for inliers: a few near points before a far scene. A larger limit loses them; a smaller one takes chance
-/// for a peak.
-pub(crate) const TRUSTED_PEAK_DEVIATIONS: f64 = 3.0;
-
 /// Share that separates a few near points before a far scene from the tail of one range of depths, in first limits. A
 /// larger value loses the near points; a smaller one lets near outliers in.
 pub(crate) const MIN_SEPARATION: f64 = 4.0;
@@ -194,12 +175,9 @@ pub(crate) const SETTLED: f64 = 0.05;
 /// bound; a smaller one cuts a pair short.
 pub(crate) const SPARE_PASSES: u16 = 8;
 
-/// Requirements of a pose found from afar: near residuals over those beside (outliers alone show 1), their excess in
-/// deviations of chance, and their part of the usable ones. Each px of noise adds to this part, up to a limit, because
-/// many outliers lie within a wide peak. Larger values refuse pairs full of outliers; smaller ones accept a local
-/// optimum.
-pub(crate) const FOUND_PEAK: f64 = 2.0;
-pub(crate) const FOUND_PEAK_DEVIATIONS: f64 = 3.0;
+/// Near residuals at a pose found from afar, as a part of the usable ones. Each px of noise adds to this part, up to a
+/// limit, because many outliers lie within a wide peak. Larger values refuse pairs full of outliers; smaller ones accept a
+/// local optimum.
 pub(crate) const FOUND_NEAR: [f64; 2] = [0.15, 0.25];
 pub(crate) const FOUND_NEAR_MOST: f64 = 0.6;
 

@@ -38,7 +38,3 @@ pub(crate) const MEDIAN_VALUES: usize = 31;
 
 /// Least deviation that the median's steps assume. A larger value jitters; a smaller one stops on equal values.
 pub(crate) const MIN_DEVIATION_RAD: f64 = 1e-6;
-
-/// Step of the median over the median absolute deviation. The factor 1.4826 makes it a standard deviation; 1.2533 =
-/// sqrt(pi / 2) makes it one over twice the normal density at the median.
-pub(crate) const MEDIAN_STEP: f64 = 1.4826 * 1.2533;

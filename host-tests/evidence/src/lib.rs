@@ -33,7 +33,7 @@ use selfcal_commands::report::Page;
 use sweep::{Sweep, SweepAxis};
 use verdict::Outcome;
 
-pub use cli::Command;
+pub use cli::{Ablation, Command};
 pub use findings::Request;
 
 /// Results of an evaluation.

@@ -18,7 +18,7 @@ use crate::data::{Match, Rays, in_f64};
 use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
 
 /// Capacity for the matches of any scenario.
-pub(super) const CAPACITY: usize = 512;
+pub const CAPACITY: usize = 512;
 
 /// Fewest true matches for a bound.
 pub(super) const FEW: usize = 12;
@@ -134,7 +134,10 @@ pub(super) fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
 }
 
 /// A calibrator with the cameras of a scenario.
-pub(super) fn calibrator<T: Scalar>(
+///
+/// # Errors
+/// If a parameter of the scenario is out of range.
+pub fn calibrator<T: Scalar>(
     scenario: &Scenario,
     config: Config,
 ) -> Result<Box<Calibrator<T, CAPACITY>>> {

@@ -23,23 +23,20 @@ impl<T: Scalar> Hypothesis<T> {
         both.inverse_form(&step)
     }
 
-    /// Gates a pair that was tracked from this hypothesis: returns its NIS over the reduced chi-square, `None` outside
-    /// the gate.
+    /// Whether a pair that was tracked from this hypothesis is inside the gate.
     ///
-    /// * `usual`: usual share of inliers; `slack`: factor of the gate.
+    /// * `usual`: usual share of inliers.
     pub(in crate::fusion) fn gate(
         &self,
         evaluated: &EvaluatedPose<T>,
         usual: T,
-        slack: T,
         context: &Context<'_, T>,
-    ) -> Option<T> {
+    ) -> bool {
         let least = T::lit(MIN_INLIER_RATIO) * usual;
-        if !(evaluated.has_peak() && evaluated.measurement.inlier_share >= least) {
-            return None;
-        }
-        let nis = self.innovation(&evaluated.measurement, context)? / self.reduced_chi_square();
-        (nis < T::lit(MAX_NIS) * slack).then_some(nis)
+        let limit = T::lit(MAX_NIS) * self.reduced_chi_square();
+        evaluated.has_peak()
+            && evaluated.measurement.inlier_share >= least
+            && self.innovation(&evaluated.measurement, context).is_some_and(|nis| nis < limit)
     }
 
     /// Whether this hypothesis differs from another one by more than chance: squared distance over both covariances

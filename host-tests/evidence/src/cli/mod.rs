@@ -10,6 +10,8 @@ use clap::Subcommand;
 
 use bench::BenchArgs;
 use campaign::CampaignArgs;
+
+pub use campaign::Ablation;
 use evaluate::EvaluateArgs;
 use picture::PictureArgs;
 

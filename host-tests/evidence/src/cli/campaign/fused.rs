@@ -5,7 +5,7 @@ use std::io::{self, Write};
 use anyhow::Result;
 use host_tests::run::monte_carlo::{Run, nees_band};
 use host_tests::stats::rms_deviation;
-use host_tests::synth::ScenarioKind;
+use host_tests::synth::{Scenario, ScenarioKind, five_degrees_off};
 use stereo_selfcal::State;
 
 use super::CampaignArgs;
@@ -68,6 +68,17 @@ impl CampaignArgs {
         }
         Ok(())
     }
+}
+
+/// All cases, name and scenario, 100 pairs each.
+pub(super) fn scenarios() -> Vec<(String, Scenario)> {
+    let scenario = |(kind, outliers, matches): (ScenarioKind, f64, Option<usize>)| {
+        let mut scenario = Scenario::new(kind, 100);
+        (scenario.scene.outliers, scenario.scene.rig) = (outliers, five_degrees_off());
+        scenario.scene.matches = matches.unwrap_or(scenario.scene.matches);
+        (format!("{kind}-{outliers}-{}", scenario.scene.matches), scenario)
+    };
+    fused_cases().into_iter().map(scenario).collect()
 }
 
 /// Scenario, share of outliers, and matches a pair if they differ from the scenario's.

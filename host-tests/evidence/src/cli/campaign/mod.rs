@@ -1,5 +1,6 @@
 //! `selfcal campaign`.
 
+mod ablation;
 mod fused;
 mod real;
 mod real_cases;
@@ -21,6 +22,8 @@ use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Config, Scalar};
 
 use selfcal_commands::setup::LensTracking;
+
+pub use ablation::Ablation;
 
 /// Run the robust preset over many generated scenes, against the best that their data allow.
 ///

@@ -72,6 +72,11 @@ fn cases() -> Result<Vec<Case>> {
     Ok(cases)
 }
 
+/// All cases, name and scenario.
+pub(super) fn scenarios() -> Result<Vec<(String, Scenario)>> {
+    Ok(cases()?.into_iter().map(|Case { name, scenario }| (name, scenario)).collect())
+}
+
 impl CampaignArgs {
     pub(super) fn single(&self) -> Result<()> {
         let mut out = io::stdout();

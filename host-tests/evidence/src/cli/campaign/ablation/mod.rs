@@ -1,0 +1,108 @@
+//! `cargo ablation`: every mechanism of the estimator off, one at a time, over the same pairs.
+
+mod compare;
+mod measure;
+mod tree;
+
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Result, ensure};
+use clap::Parser;
+
+use tree::{Mechanism, copy, mechanisms};
+
+/// Name of the file of runs with all mechanisms on.
+const AS_IT_IS: &str = "as it is";
+
+/// Switch each mechanism of the estimator off, and compare with the estimator as it is over the same pairs: all rows of
+/// `campaign single`, `fused`, `real`, `steps`, `garbage`, and the recorded sets from 13 views.
+///
+/// Works on a copy of the tree in target/ablation, built once: there each mechanism has a switch. Runs that are finished
+/// are not run again on the same commit. Prints a row of markdown a mechanism.
+#[derive(Debug, Parser)]
+#[command(version)]
+pub struct Ablation {
+    /// Runs of each row of more than one pair.
+    #[arg(long, default_value_t = 48)]
+    trials: u64,
+
+    /// Runs of each row of single pairs.
+    #[arg(long, default_value_t = 400)]
+    single_trials: u64,
+
+    /// Pairs of a run at most: longer ones add little but their mean.
+    #[arg(long, default_value_t = 60)]
+    pairs: usize,
+
+    /// Mechanisms whose name begins so; default all.
+    #[arg(long, value_name = "PREFIX", num_args = 1..)]
+    only: Vec<String>,
+
+    /// Print every row that changes, too.
+    #[arg(long)]
+    rows: bool,
+
+    /// Print what the runs so far say.
+    #[arg(long)]
+    table: bool,
+
+    /// Measure: what the copy does.
+    #[arg(long, hide = true, value_name = "DIR")]
+    into: Option<std::path::PathBuf>,
+}
+
+/// Switches the mechanism of that number off in this thread. The copy of the tree replaces its body.
+fn switch(_number: usize) {}
+
+impl Ablation {
+    /// Runs the command.
+    ///
+    /// # Errors
+    /// Names the mechanism whose text is not found in the tree.
+    pub fn run(&self) -> Result<()> {
+        let all = mechanisms()?;
+        let chosen = |mechanism: &&Mechanism| {
+            self.only.is_empty()
+                || self.only.iter().any(|prefix| mechanism.name.starts_with(prefix))
+        };
+        let chosen: Vec<&Mechanism> = all.iter().filter(chosen).collect();
+        let seeds = [self.single_trials, self.trials];
+        if let Some(into) = &self.into {
+            let mut names: Vec<(usize, String)> =
+                chosen.iter().map(|mechanism| (mechanism.number, mechanism.name.clone())).collect();
+            names.push((usize::MAX, AS_IT_IS.into()));
+            return measure::measure(into, &names, seeds, self.pairs, switch);
+        }
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let of_commit = Command::new("git")
+            .args(["rev-parse", "--short", "HEAD:core/src"])
+            .current_dir(&root)
+            .output()?;
+        let place = root.join("target/ablation");
+        let into = place.join(String::from_utf8(of_commit.stdout)?.trim());
+        if !self.table {
+            copy(&root, &place.join("tree"), &all)?;
+            let status = Command::new("cargo")
+                .args([
+                    "run",
+                    "--release",
+                    "--package",
+                    "selfcal-evidence",
+                    "--bin",
+                    "ablation",
+                    "--",
+                ])
+                .args([format!("--trials={}", self.trials), format!("--pairs={}", self.pairs)])
+                .args([format!("--single-trials={}", self.single_trials)])
+                .args(self.only.iter().map(|prefix| format!("--only={prefix}")))
+                .arg("--into")
+                .arg(&into)
+                .env("CARGO_TARGET_DIR", place.join("build"))
+                .current_dir(place.join("tree"))
+                .status()?;
+            ensure!(status.success(), "the copy in {} failed", place.display());
+        }
+        compare::print(&into, &root.join("core/src"), &chosen, self.rows)
+    }
+}

@@ -1,0 +1,162 @@
+//! The list of mechanisms, and a copy of the tree in which each has a switch.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::ops::Range;
+use std::path::Path;
+use std::process::Command;
+
+use anyhow::{Context, Result, ensure};
+
+/// The list.
+const MECHANISMS: &str = include_str!("mechanisms.txt");
+
+/// The switch, in the copy of the core. The number is that of the thread.
+const SWITCH: &str = "//! Switch of the mechanisms.
+extern crate std;
+std::thread_local! { static OFF: core::cell::Cell<usize> = const { core::cell::Cell::new(usize::MAX) } }
+/// Switches a mechanism off in this thread.
+pub fn switch(number: usize) { OFF.with(|off| off.set(number)) }
+pub(crate) fn is_off(number: usize) -> bool { OFF.with(|off| off.get() == number) }
+";
+
+/// A mechanism of the estimator.
+#[derive(Debug)]
+pub(super) struct Mechanism {
+    pub(super) number: usize,
+    pub(super) name: String,
+    /// Thresholds that only it uses.
+    pub(super) thresholds: Vec<String>,
+    /// Code that only it uses: files, or `file:function`.
+    code: Vec<String>,
+    /// File, expression, expression without the mechanism.
+    edits: Vec<[String; 3]>,
+}
+
+/// All mechanisms of the list.
+pub(super) fn mechanisms() -> Result<Vec<Mechanism>> {
+    let mut all: Vec<Mechanism> = Vec::new();
+    for line in MECHANISMS.lines().filter(|line| !line.starts_with('#') && !line.is_empty()) {
+        if let Some(head) = line.strip_prefix("== ") {
+            let mut parts = head.split('|').map(str::trim);
+            let name = parts.next().unwrap_or_default().to_owned();
+            let mut words =
+                || parts.next().unwrap_or_default().split_whitespace().map(str::to_owned).collect();
+            let (thresholds, code) = (words(), words());
+            all.push(Mechanism { number: all.len(), name, thresholds, code, edits: Vec::new() });
+            continue;
+        }
+        let edit = line.split_once(": ").and_then(|(file, rest)| {
+            let (from, to) = rest.split_once(" => ")?;
+            Some([file, from, to].map(|part| part.trim().to_owned()))
+        });
+        let mechanism = all.last_mut().context("an edit before the first mechanism")?;
+        mechanism.edits.push(edit.with_context(|| format!("no edit: {line}"))?);
+    }
+    Ok(all)
+}
+
+/// Copies the tree, and makes a switch of every edit.
+pub(super) fn copy(root: &Path, tree: &Path, mechanisms: &[Mechanism]) -> Result<()> {
+    let mut edited: Vec<(String, String)> = Vec::new();
+    for mechanism in mechanisms {
+        for [file, from, to] in &mechanism.edits {
+            let place = match edited.iter().position(|(name, _)| name == file) {
+                Some(place) => place,
+                None => {
+                    let text = fs::read_to_string(root.join("core/src").join(file))
+                        .with_context(|| format!("{}: {file}", mechanism.name))?;
+                    edited.push((file.clone(), text));
+                    edited.len() - 1
+                }
+            };
+            let text = &mut edited[place].1;
+            let at = find(text, from)
+                .with_context(|| format!("{}: not found in {file}: {from}", mechanism.name))?;
+            let off = format!("crate::ablation::is_off({})", mechanism.number);
+            let with = format!("(if {off} {{ {to} }} else {{ {} }})", &text[at.clone()]);
+            text.replace_range(at, &with);
+        }
+    }
+    let lib = fs::read_to_string(root.join("core/src/lib.rs"))?;
+    edited.push(("lib.rs".into(), format!("{lib}\npub mod ablation;\n")));
+    edited.push(("ablation.rs".into(), SWITCH.into()));
+    let own = "host-tests/evidence/src/cli/campaign/ablation/mod.rs";
+    let text = fs::read_to_string(root.join(own))?;
+    let body = "fn switch(_number: usize) {}";
+    ensure!(text.contains(body), "not found: {body}");
+    let with = "fn switch(number: usize) { stereo_selfcal::ablation::switch(number) }";
+    let mut files: BTreeMap<String, Vec<u8>> = BTreeMap::new();
+    let listed = Command::new("git")
+        .args(["ls-files", "--cached", "--others", "--exclude-standard"])
+        .current_dir(root)
+        .output()?;
+    for file in String::from_utf8(listed.stdout)?.lines().filter(|file| root.join(file).is_file()) {
+        files.insert(file.to_owned(), fs::read(root.join(file))?);
+    }
+    for (file, text) in edited {
+        files.insert(format!("core/src/{file}"), text.into_bytes());
+    }
+    files.insert(own.to_owned(), text.replace(body, with).into_bytes());
+    for (file, content) in files {
+        write_if_other(&tree.join(file), &content)?;
+    }
+    Ok(())
+}
+
+/// Writes a file that is not so already: a build takes what is older as it was.
+fn write_if_other(to: &Path, content: &[u8]) -> Result<()> {
+    if fs::read(to).is_ok_and(|old| old == content) {
+        return Ok(());
+    }
+    if let Some(folder) = to.parent() {
+        fs::create_dir_all(folder)?;
+    }
+    Ok(fs::write(to, content)?)
+}
+
+/// Place of an expression; white space of any length is alike.
+fn find(text: &str, expression: &str) -> Option<Range<usize>> {
+    let words: Vec<&str> = expression.split_whitespace().collect();
+    let first = words.first()?;
+    let starts = text.match_indices(first).map(|(start, _)| start);
+    let mut places = starts.filter_map(|start| {
+        let mut end = start + first.len();
+        for word in words.iter().skip(1) {
+            let rest = text.get(end..)?;
+            let blank = rest.len() - rest.trim_start().len();
+            if blank == 0 || !rest.trim_start().starts_with(word) {
+                return None;
+            }
+            end += blank + word.len();
+        }
+        Some(start..end)
+    });
+    let place = places.next()?;
+    places.next().is_none().then_some(place)
+}
+
+impl Mechanism {
+    /// Lines of its code without comments and tests.
+    pub(super) fn lines(&self, core: &Path) -> Result<usize> {
+        let mut lines = 0;
+        for part in &self.code {
+            let (file, function) = part.split_once(':').unwrap_or((part, ""));
+            let text = fs::read_to_string(core.join(file)).with_context(|| self.name.clone())?;
+            let text = text.split("#[cfg(test)]\nmod tests").next().unwrap_or_default();
+            let code = |line: &&str| !line.trim().is_empty() && !line.trim().starts_with("//");
+            if function.is_empty() {
+                lines += text.lines().filter(code).count();
+                continue;
+            }
+            let [plain, generic] = [format!("fn {function}("), format!("fn {function}<")];
+            let mut after =
+                text.lines().skip_while(|line| !line.contains(&plain) && !line.contains(&generic));
+            let head = after.next().with_context(|| format!("{}: no {part}", self.name))?;
+            let indent = head.len() - head.trim_start().len();
+            let is_end = |line: &&str| line.trim_start() == "}" && line.len() == indent + 1;
+            lines += 2 + after.take_while(|line| !is_end(line)).filter(code).count();
+        }
+        Ok(lines)
+    }
+}
