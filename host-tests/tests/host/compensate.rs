@@ -47,7 +47,7 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
         }
         let outcome = calibrator.solve_pair();
         let armed = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
-        // What is not locked yet is not applied.
+        // An estimate that is not locked is not applied.
         let _ = calibrator.apply();
         let proposal = calibrator.proposal();
         let error =

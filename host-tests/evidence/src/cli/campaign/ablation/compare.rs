@@ -1,4 +1,4 @@
-//! What the runs say: each mechanism off against the estimator as it is, over the same pairs.
+//! Comparison of the runs: each mechanism off against the whole estimator, over the same pairs.
 
 use std::collections::BTreeMap;
 use std::fs;

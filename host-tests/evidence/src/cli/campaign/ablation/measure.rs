@@ -181,7 +181,7 @@ impl Row {
             success = !ever;
         }
         let success = f64::from(u8::from(success));
-        // Errors of single pairs that fail are those of other optima: they count as failures only.
+        // A single pair that fails ends at another optimum: it counts as a failure only.
         let error = if pairs.len() == 1 && success == 0.0 { [f64::NAN; 2] } else { error };
         Figures { error, success, bad, armed, alarms, found, passes }
     }

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, ensure};
 /// The list.
 const MECHANISMS: &str = include_str!("mechanisms.txt");
 
-/// The switch, in the copy of the core. The number is that of the thread.
+/// The switch, in the copy of the core. Each thread has its own number.
 const SWITCH: &str = "//! Switch of the mechanisms.
 extern crate std;
 std::thread_local! { static OFF: core::cell::Cell<usize> = const { core::cell::Cell::new(usize::MAX) } }
