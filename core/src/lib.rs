@@ -104,8 +104,8 @@
 //! | [`Calibrator::advance_pair`], the fusion | 130,000 | one a pair |
 //! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
-//! * Locked, a frame of 1,000 matches takes 0.80 million from its first byte to its outcome: 0.48 million to decode and
-//!   select, 0.31 million for the pair. While acquiring 1.93 million; a batch of mismatches alone, 1.34 million for the
+//! * Locked, a frame of 1,000 matches takes 0.76 million from its first byte to its outcome: 0.45 million to decode and
+//!   select, 0.31 million for the pair. While acquiring 1.84 million; a batch of mismatches alone, 1.22 million for the
 //!   pair.
 //! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice. The
 //!   result is that of [`Calibrator::solve_pair`], bit for bit.

@@ -107,6 +107,7 @@ impl<T: Scalar> Iterate<T> {
                 sums.add(&rows);
                 rows.clear();
             }
+            // There is room.
             let _ = rows.push(row);
         }
         sums.add(&rows);

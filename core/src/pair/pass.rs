@@ -56,12 +56,12 @@ impl<T: Scalar> PassSums<T> {
     pub(super) fn of(iterate: &Iterate<T>, schedule: &Schedule<T>, matches: &[RayPair<T>]) -> Self {
         let by = iterate.weighting(schedule.loss());
         let is_half = matches!(by.loss, Loss::Track(_)) && matches.len() > TRACKED;
-        let sees_peaks = schedule.sees_peaks();
         let mut sums = Self::ZERO;
         // Apart: an array with a computed index stays in memory, and would keep the other sums there.
         let mut levels = LevelCounts::NONE;
+        let mut counted = schedule.sees_peaks().then_some(&mut levels);
         for pair in read(matches, is_half) {
-            sums.add(&by, pair, sees_peaks.then_some(&mut levels));
+            sums.add(&by, pair, counted.as_deref_mut());
         }
         Self { levels, ..sums }
     }

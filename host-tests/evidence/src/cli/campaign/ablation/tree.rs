@@ -61,15 +61,13 @@ pub(super) fn copy(root: &Path, tree: &Path, mechanisms: &[Mechanism]) -> Result
     let mut edited: Vec<(String, String)> = Vec::new();
     for mechanism in mechanisms {
         for [file, from, to] in &mechanism.edits {
-            let place = match edited.iter().position(|(name, _)| name == file) {
-                Some(place) => place,
-                None => {
-                    let text = fs::read_to_string(root.join("core/src").join(file))
-                        .with_context(|| format!("{}: {file}", mechanism.name))?;
-                    edited.push((file.clone(), text));
-                    edited.len() - 1
-                }
-            };
+            let known = edited.iter().position(|(name, _)| name == file);
+            let place = known.unwrap_or(edited.len());
+            if known.is_none() {
+                let text = fs::read_to_string(root.join("core/src").join(file))
+                    .with_context(|| format!("{}: {file}", mechanism.name))?;
+                edited.push((file.clone(), text));
+            }
             let text = &mut edited[place].1;
             let at = find(text, from)
                 .with_context(|| format!("{}: not found in {file}: {from}", mechanism.name))?;
