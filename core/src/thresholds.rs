@@ -71,6 +71,10 @@ pub(crate) const FOLD_BISECTIONS: usize = 30;
 /// good pairs and renews by chance.
 pub(crate) const MAX_NIS: f64 = 28.0;
 
+/// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off. A larger factor locks
+/// on chance; a smaller one locks later.
+pub(crate) const YOUNG_SLACK: f64 = 2.0;
+
 /// Least inlier share of a pair over the usual share. A larger ratio rejects poor pairs; a smaller one accepts
 /// outliers.
 pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
@@ -292,6 +296,10 @@ pub(crate) const WARM_UP_PAIRS: u32 = 4;
 /// Disagreement of image halves up to which the covariance stays; chance exceeds it at 1e-3 an axis. A larger limit
 /// reports too small a deviation of biased matches; a smaller one widens healthy ones.
 pub(crate) const HEALTHY_DISAGREEMENT: f64 = 2.0;
+
+/// Error of the halves' first-order models after a step, in deviations of the estimate, above which they restart. A larger
+/// error compares wrong models; a smaller one forgets often.
+pub(crate) const MAX_MODEL_ERROR: f64 = 0.1;
 
 /// Largest disagreement that is distinguished; its square stays finite. A larger limit overflows in `f32`; a smaller one
 /// distinguishes less.

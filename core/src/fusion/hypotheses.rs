@@ -14,7 +14,7 @@ use crate::outcome::pair_report::Fused;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{LOST_AFTER, MAX_FAILED, MIN_AGREED};
+use crate::thresholds::{LOST_AFTER, MAX_FAILED, MIN_AGREED, YOUNG_SLACK};
 
 /// The reported hypothesis.
 #[derive(Debug, Clone)]
@@ -173,8 +173,9 @@ impl<T: Scalar> Hypotheses<T> {
         evaluated: &EvaluatedPose<T>,
         context: &Context<'_, T>,
     ) -> bool {
-        self.champion()
-            .is_some_and(|champion| champion.gate(evaluated, champion.inlier_share, context))
+        self.champion().is_some_and(|champion| {
+            champion.gate(evaluated, champion.inlier_share, T::ONE, context)
+        })
     }
 
     /// Whether a pair is inside the challenger's gate.
@@ -183,9 +184,11 @@ impl<T: Scalar> Hypotheses<T> {
         evaluated: &EvaluatedPose<T>,
         context: &Context<'_, T>,
     ) -> bool {
-        let challenger = self.challenger().filter(|_| evaluated.has_clear_peak());
-        challenger
-            .is_some_and(|challenger| challenger.gate(evaluated, challenger.inlier_share, context))
+        // Without a champion the challenger is young, and may be a few deviations off.
+        let slack = if self.champion.is_none() { T::lit(YOUNG_SLACK) } else { T::ONE };
+        self.challenger().filter(|_| evaluated.has_clear_peak()).is_some_and(|challenger| {
+            challenger.gate(evaluated, challenger.inlier_share, slack, context)
+        })
     }
 
     /// Counts a pair against the hypotheses whose gates rejected it. A challenger that fails too often is dropped.
@@ -348,7 +351,7 @@ impl<T: Scalar> Hypotheses<T> {
         let share = challenger.hypothesis.inlier_share;
         let is_same = challenger.agreed >= MIN_AGREED
             && share < champion.hypothesis.inlier_share
-            && champion.hypothesis.gate(evaluated, share, context)
+            && champion.hypothesis.gate(evaluated, share, T::ONE, context)
             && !challenger.hypothesis.departs_from(&champion.hypothesis, context);
         if is_same {
             champion.hypothesis.inlier_share = share;

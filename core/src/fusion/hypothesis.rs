@@ -206,7 +206,10 @@ impl<T: Scalar> Hypothesis<T> {
             self.apply_marginal(measurement, marginal, &moved, repeated, context);
             return moved;
         }
-        self.halves.follow(&moved, context);
+        match self.deviations(context) {
+            Some(sd) => self.halves.follow(&moved, &sd, context),
+            None => self.halves = ImageHalves::NONE,
+        }
         let to_pose = measurement.pose.unknowns_to(&self.pose);
         self.halves.add(measurement, &to_pose, repeated, context);
         moved

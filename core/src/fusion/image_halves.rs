@@ -4,12 +4,12 @@
 use nalgebra::Vector5;
 
 use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
-use crate::algebra::information::Information;
+use crate::algebra::information::{Information, StandardDeviations};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::config::{Context, LensPrior};
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
-use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_TOLD_DISAGREEMENT};
+use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREEMENT};
 
 /// Normal equations of image halves, about the pose of the hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,10 +26,22 @@ impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
         Self { parts: [BiasedEquations::ZERO; 3], pairs: 0, disagreement: T::ZERO };
 
-    /// Shifts the sums after a step of the pose, to first order.
+    /// Shifts the sums after a step of the pose. A long step drops them, because they are models of first order.
     ///
-    /// * `moved`: the step, rad.
-    pub(super) fn follow(&mut self, moved: &Vector5<T>, context: &Context<'_, T>) {
+    /// * `moved`: the step, rad; `sd`: deviations of the estimate.
+    pub(super) fn follow(
+        &mut self,
+        moved: &Vector5<T>,
+        sd: &StandardDeviations<T>,
+        context: &Context<'_, T>,
+    ) {
+        let turn = moved.fixed_rows::<3>(0).norm();
+        let shift = moved.fixed_rows::<2>(3).norm();
+        let most = T::lit(MAX_MODEL_ERROR);
+        if turn * (turn + shift) > most * sd.rotation || shift * shift > most * sd.translation {
+            *self = Self::NONE;
+            return;
+        }
         let fading = context.fading(self.pairs);
         self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
     }

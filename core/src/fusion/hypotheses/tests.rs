@@ -74,14 +74,14 @@ fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
     let context = context();
     let hypothesis = fused(&pairs(0.0, 0..4), 1, &context);
     let pair = evaluated::<f64>(9);
-    assert!(hypothesis.gate(&pair, hypothesis.inlier_share, &context));
+    assert!(hypothesis.gate(&pair, hypothesis.inlier_share, 1.0, &context));
     let mut few = pair;
     few.measurement.inlier_share *= 0.4;
-    assert!(!hypothesis.gate(&few, hypothesis.inlier_share, &context));
+    assert!(!hypothesis.gate(&few, hypothesis.inlier_share, 1.0, &context));
     let mut flat = EvaluatedPose { stats: EvaluatedPose::NONE.stats, ..pair };
     flat.stats.usable = pair.stats.usable;
     assert!(!flat.has_peak());
-    assert!(!hypothesis.gate(&flat, hypothesis.inlier_share, &context));
+    assert!(!hypothesis.gate(&flat, hypothesis.inlier_share, 1.0, &context));
 }
 
 #[test]

@@ -25,15 +25,16 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Whether a pair that was tracked from this hypothesis is inside the gate.
     ///
-    /// * `usual`: usual share of inliers.
+    /// * `usual`: usual share of inliers; `slack`: factor of the gate.
     pub(in crate::fusion) fn gate(
         &self,
         evaluated: &EvaluatedPose<T>,
         usual: T,
+        slack: T,
         context: &Context<'_, T>,
     ) -> bool {
         let least = T::lit(MIN_INLIER_RATIO) * usual;
-        let limit = T::lit(MAX_NIS) * self.reduced_chi_square();
+        let limit = T::lit(MAX_NIS) * slack * self.reduced_chi_square();
         evaluated.has_peak()
             && evaluated.measurement.inlier_share >= least
             && self.innovation(&evaluated.measurement, context).is_some_and(|nis| nis < limit)
