@@ -83,10 +83,11 @@ pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
 /// steps; a smaller one rejects pairs of a vibrating rig.
 pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
 
-/// Samples that a test for vibration needs, and deviations by which their median must exceed chance. Larger limits detect
-/// vibration later; smaller ones detect it by chance.
+/// Samples that a test for vibration needs, deviations by which their median must exceed chance, and the factor of both
+/// limits once vibration is known. Larger limits detect vibration later; smaller ones detect it by chance.
 pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
 pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
+pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
 
 /// Number of newest samples that count alone if their median exceeds so many deviations and so many times the median of
 /// all: vibration has begun. The same ratio tells that a mean is stale. Larger values notice it later; smaller ones

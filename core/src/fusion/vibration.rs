@@ -12,7 +12,8 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     AVERAGED_PAIRS, MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, RECENT_VIBRATION_DEVIATIONS,
-    RECENT_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_RAD, VIBRATION_RATIO,
+    RECENT_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD,
+    VIBRATION_RATIO,
 };
 
 /// Number of samples of the median, a size of the memory layout.
@@ -184,12 +185,13 @@ impl<T: Scalar> Samples<T> {
 
     /// The variance, 0 without a sign of vibration.
     ///
-    /// * `count`: number of samples.
-    fn variance(&self, count: u32) -> T {
+    /// * `count`: number of samples; `before`: previous variance; if positive, a weaker sign is enough.
+    fn variance(&self, count: u32, before: T) -> T {
         let count = newest(count);
         if count < MIN_VIBRATION_SAMPLES {
             return T::ZERO;
         }
+        let ease = if before > T::ZERO { VIBRATION_HYSTERESIS } else { 1.0 };
         let [all, of_all] = self.median(count);
         let [late, of_late] = self.median(count.min(RECENT_VIBRATION_SAMPLES));
         let begun = late > T::lit(RECENT_VIBRATION_DEVIATIONS) * of_late
@@ -198,7 +200,7 @@ impl<T: Scalar> Samples<T> {
         let least =
             (T::lit(VIBRATION_DEVIATIONS) * deviation).max(T::lit(VIBRATION_RAD * VIBRATION_RAD));
         let told = if begun { late } else { self.mean };
-        if median > least { told.min(most()) } else { T::ZERO }
+        if median > least * T::lit(ease) { told.min(most()) } else { T::ZERO }
     }
 }
 
@@ -360,11 +362,15 @@ impl<T: Scalar> VibrationEstimator<T> {
     /// differences twice.
     fn update(&mut self) {
         let [first, second] = &self.samples;
-        let [of_first, of_second] = self.counts;
-        let least =
-            |a: &Samples<T>, b: &Samples<T>| a.variance(of_first).min(b.variance(of_second));
+        let ([of_first, of_second], before) = (self.counts, self.variances);
+        let least = |a: &Samples<T>, b: &Samples<T>, before: T| {
+            a.variance(of_first, before).min(b.variance(of_second, before))
+        };
         let ([r1, b1], [r2, b2]) = (first, second);
-        self.variances = BlockVariances { rotation: least(r1, r2), baseline: least(b1, b2) };
+        self.variances = BlockVariances {
+            rotation: least(r1, r2, before.rotation),
+            baseline: least(b1, b2, before.baseline),
+        };
     }
 }
 
