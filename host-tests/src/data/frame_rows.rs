@@ -205,7 +205,7 @@ mod tests {
             (format!("{good}0,1,NaN,3,4\n"), "line 3: vl `NaN` is not a finite number"),
             (format!("{good}0,1,2,1e999,4\n"), "line 3: ur `1e999` is not a finite number"),
             (format!("{good}1,1,2,3,4\n0,1,2,3,4\n"), "line 4: frame 0 continues"),
-            (format!("{good}{}\n", "0".repeat(LONGEST_LINE + 1)), "line 3: no text"),
+            (format!("{good}{}\n", "0".repeat(LONGEST_LINE + 1)), "line 3: not text"),
         ] {
             let error = read(&text).unwrap_err();
             assert!(error.contains(said), "{error}");

@@ -265,8 +265,8 @@ mod tests {
         for (text, said) in [
             ("f", "key=value"),
             ("f_r=x", "number"),
-            ("g_r=1", "none of"),
-            ("f_x=1", "none of"),
+            ("g_r=1", "is not one of"),
+            ("f_x=1", "is not one of"),
             ("f_r=1", "-0.1 to 0.1"),
             ("cx_r=nan", "principal"),
         ] {

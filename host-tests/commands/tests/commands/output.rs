@@ -200,7 +200,7 @@ fn options_given_beside_a_scene_win() {
     assert_ne!(json(&["synth", "drift", "--pairs", "5", "--json"]), json(&still));
     let wrong = ["synth", "--pairs", "5", "--lens-error", "f_r=1%", "--json"];
     assert_ne!(json(&wrong), json(&["synth", "--pairs", "5", "--json"]));
-    assert!(failure(&["synth", "--lens-error", "z_r=1"], 2).contains("none of"));
+    assert!(failure(&["synth", "--lens-error", "z_r=1"], 2).contains("is not one of"));
     let calm = ["synth", "creeping", "--creep-px", "0", "--pairs", "5", "--json"];
     assert_ne!(json(&["synth", "creeping", "--pairs", "5", "--json"]), json(&calm));
     for option in ["--creep-px", "--landmark-noise"] {

@@ -141,7 +141,7 @@ fn bad_input_is_named() {
         (header.into(), "no matches below the header"),
         ("frame,u,v\n".into(), "line 1: `u` is not one of the columns"),
         ("ul,vl,ur,vr,score\n1,2,3,4,1\n".into(), "no column `frame`"),
-        (format!("{good}0,100,100,90\n"), "line 3: 4 fields, the header has 6"),
+        (format!("{good}0,100,100,90\n"), "line 3: 4 fields; the header has 6"),
         (format!("{good}1.0,100,100,90,100,1\n"), "line 3: frame `1.0` is not a whole number"),
         (format!("{good}0,100,inf,90,100,1\n"), "line 3: vl `inf` is not a finite number"),
         (format!("{good}0,100,100,90,100,nan\n"), "line 3: score `nan` is not a finite number"),

@@ -226,7 +226,7 @@ fn an_unknown_baseline_is_said_in_the_file() {
     assert_eq!(chess.baseline_m, None);
     for format in Format::ALL {
         let says = |meta: &Meta| {
-            format.write(meta).unwrap().iter().any(|d| d.text.contains("baseline is not known"))
+            format.write(meta).unwrap().iter().any(|d| d.text.contains("baseline is unknown"))
         };
         assert!(says(chess), "{format:?}");
         assert!(!says(&Meta { baseline_m: Some(0.1), ..chess.clone() }), "{format:?}");
