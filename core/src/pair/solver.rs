@@ -29,9 +29,9 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{
-    CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE,
-    PEAK_OVER_NOISE, RESAMPLED, SECOND_SCALE_PX, SETTLED, TIGHT_TUKEY, TRACK_PASSES, TUKEY,
-    YAW_DEVIATIONS,
+    ANNEALING, CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, LEAST_SCALE_PX, MIN_DISPARITY_PX,
+    NEGLIGIBLE, PEAK_OVER_NOISE, RESAMPLED, SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY,
+    TRACK_PASSES, TUKEY, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -68,6 +68,8 @@ pub(crate) struct PairSolver<T: Scalar> {
     prior: Information<T>,
     /// Whether correspondences of high leverage were inliers in the last pairs.
     trusts_leverage: bool,
+    /// Ratio of successive scales.
+    annealing: T,
     /// Sum of the steps from the start, rad.
     moved: Vector5<T>,
     /// Loss of the next pass.
@@ -109,6 +111,7 @@ impl<T: Scalar> PairSolver<T> {
             iterate,
             prior: Information(Symmetric5::of_diagonal([config.prior(); 5])),
             trusts_leverage: false,
+            annealing: T::lit(ANNEALING),
             moved: Vector5::zeros(),
             // The first pass may begin lower.
             schedule: Schedule::Anneal(T::lit(most_px)),
@@ -118,6 +121,11 @@ impl<T: Scalar> PairSolver<T> {
             max_passes: max_passes.saturating_sub(1).max(1),
             stop: None,
         }
+    }
+
+    /// Anneals slower: the sums of a small batch follow only small changes of the loss.
+    pub(crate) fn among_few(self) -> Self {
+        Self { annealing: T::lit(SLOW_ANNEALING), ..self }
     }
 
     /// Starts a track; `None` if the covariance of the start has no inverse.
@@ -347,7 +355,7 @@ impl<T: Scalar> PairSolver<T> {
         let peak = seen.map(|peak| peak.level.max(floor));
         match self.schedule {
             Schedule::Anneal(scale) => {
-                let (schedule, noise) = Schedule::after_annealing(scale, peak);
+                let (schedule, noise) = Schedule::after_annealing(scale, self.annealing, peak);
                 self.schedule = schedule;
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;

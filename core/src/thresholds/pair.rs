@@ -8,11 +8,16 @@ pub(crate) const TUKEY: f64 = 4.685;
 pub(crate) const FIRST_SCALE_MEDIANS: f64 = 2.0;
 pub(crate) const FIRST_SCALE_PX: [f64; 2] = [15.0, 480.0];
 
-/// Ratio of successive scales. It is faster above [`WIDE_SCALE_PX`], which no noise reaches. A larger ratio takes more
-/// passes; a smaller one loses the basin of convergence.
+/// Ratio of successive scales. It is slower in a batch of at most [`FEW`], which follows only small changes, and faster
+/// above [`WIDE_SCALE_PX`], which no noise reaches. A larger ratio takes more passes; a smaller one loses the basin of
+/// convergence.
 pub(crate) const ANNEALING: f64 = 0.5;
+pub(crate) const SLOW_ANNEALING: f64 = 0.7;
 pub(crate) const WIDE_ANNEALING: f64 = 0.35;
 pub(crate) const WIDE_SCALE_PX: f64 = 30.0;
+
+/// Largest batch with slow annealing. A larger number takes more passes; a smaller one loses small batches.
+pub(crate) const FEW: usize = 128;
 
 /// Levels that residuals are counted below, and the first level; each level is `sqrt 2` of the one before, and the last
 /// one is 16 px. More levels cost time; fewer make the first estimate of the noise coarse.

@@ -30,8 +30,17 @@ const RUST: [&str; 16] = [
 
 /// Words of which every refusal has one: they tell what to do.
 const ADVICE: [&str; 11] = [
-    "expected", "use ", "write ", "give ", "print ", "calibrat", "must", "compare", "choose",
-    "are read", "Known formats",
+    "expected",
+    "use ",
+    "write ",
+    "give ",
+    "print ",
+    "calibrat",
+    "must",
+    "compare",
+    "choose",
+    "are read",
+    "Known formats",
 ];
 
 /// Damaged files of each format: a few, and many where there is time.
