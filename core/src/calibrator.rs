@@ -207,7 +207,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`NoHealth`]. Health and error both name the likeliest mistake in rig file or matcher, if pairs show one.
-    // Out of line: inlined into the endless loop of a firmware it took 3.7 kB more at opt-level 3.
     #[inline(never)]
     pub fn health(&self) -> Result<Health<T>, NoHealth> {
         let cameras = &self.factory.cameras;

@@ -103,7 +103,7 @@ impl Config {
 
     /// Standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset only.
     ///
-    /// Larger follows a rig that is further off; smaller stabilises pairs with little information.
+    /// A larger value follows a rig that is further off; a smaller one stabilises pairs with little information.
     ///
     /// # Errors
     /// [`ConfigError::PriorStandardDeviation`] unless from 1e-4 to 1.
@@ -119,8 +119,8 @@ impl Config {
     /// Huber threshold `c_t` of eq 18, px of row offset. Default 1. Paper preset; in both presets [`crate::Health`] counts a
     /// match as fitting within three thresholds.
     ///
-    /// Larger trusts more matches and bends to outliers; smaller discards the information of good
-    /// matches and slows convergence from a start that is far off.
+    /// A larger value trusts more matches and bends to outliers; a smaller one discards the information of good matches and
+    /// slows convergence from a start that is far off.
     ///
     /// # Errors
     /// [`ConfigError::HuberThreshold`] unless finite and above 0.
@@ -208,7 +208,7 @@ impl Config {
 
     /// Standard deviations of the given lens models. Default [`LensPrior::WIDE`]. Robust preset only.
     ///
-    /// Larger widens the deviations with the lens uncertain; smaller trusts the lens models more.
+    /// A larger value widens the deviations with the lens uncertain; a smaller one trusts the lens models more.
     ///
     /// # Errors
     /// [`ConfigError::LensPrior`] unless each is finite, 0 or more, and at most 0.1, of the principal point 100 px.
@@ -240,7 +240,7 @@ impl Config {
     /// Default 4.6e-3, the RMS of five recordings of two rectified vehicle rigs; eleven recordings in all have 1.5e-3.
     /// Robust preset with a lens prior only.
     ///
-    /// Larger attributes more of the yaw that rows show to the lens; smaller attributes more to the mount.
+    /// A larger value attributes more of the yaw that rows show to the lens; a smaller one attributes more to the mount.
     ///
     /// # Errors
     /// [`ConfigError::LensYaw`] unless from 0 to 0.1.

@@ -162,14 +162,14 @@ pub enum ConfigError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RangeError {
-    /// The factory calibration has none: [`crate::FactoryCalibration::with_baseline_m`].
+    /// The factory calibration has no length: [`crate::FactoryCalibration::with_baseline_m`].
     #[error("the length of the baseline is not known")]
     NoBaseline,
     /// The estimate is not locked, or frozen. Later readings may be taken.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
     /// Range or deviation is not finite, or out of the range of a sensor.
-    #[error("range or deviation is not that of a sensor")]
+    #[error("range or deviation is out of the range of a sensor")]
     Reading,
     /// The pixel has no ray in the left image.
     #[error("pixel: {0}")]
@@ -253,7 +253,7 @@ pub enum Rejection {
     Columns,
     /// All disparities are equal to within their noise, or change evenly from left to right: both sides show the same image,
     /// or the scene is one plane. Such a pair does not tell whether the calibration is good.
-    #[error("no depth: all disparities alike, as of the same image on both sides")]
+    #[error("no depth: all disparities alike, such as with the same image on both sides")]
     NoDepth,
     /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
     #[error("the correspondences leave a direction of the extrinsics free")]
@@ -316,7 +316,7 @@ pub enum RestoreError {
     #[error("the record is of something else")]
     Foreign,
     /// It has the layout of another firmware, earlier or later.
-    #[error("the record has layout {0}, which is not that of this firmware")]
+    #[error("the record has layout {0}, and this firmware has another one")]
     Layout(u8),
     /// It was learnt with other cameras or from other factory extrinsics.
     #[error("the record is of another rig")]

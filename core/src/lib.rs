@@ -108,7 +108,7 @@
 //!   select, 0.31 million for the pair. While acquiring 1.84 million; a batch of mismatches alone, 1.22 million for the
 //!   pair.
 //! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice. The
-//!   result is that of [`Calibrator::solve_pair`], bit for bit.
+//!   result equals that of [`Calibrator::solve_pair`], bit for bit.
 //! * A frame that comes before the last pair is done: a driver of [`link`] reads nothing, and the sender keeps its
 //!   frame; without a driver `push` returns [`PushError::Busy`], and a decoder
 //!   [`link::FrameRefusal::Busy`], once a frame. The pair goes on. [`Calibrator::discard_pair`] abandons it instead;
@@ -138,7 +138,7 @@
 //! | in use | Calibration that the caller rectifies with; [`Calibrator::apply`] changes it, and then its generation number. |
 //! | proposal | The estimate over all fused pairs, which `apply` puts into use. |
 //! | challenger | An estimate of the pairs that disagree with the reported one; three pairs that show another rig promote it. |
-//! | repeated scene | A pair with the matches of the pair before it, as of a vehicle at rest: it replaces that pair. |
+//! | repeated scene | A pair with the matches of the pair before it: the vehicle is at rest. It replaces that pair. |
 //! | witness | A measurement of the yaw of the mount alone: a known distance, or tracked matches of a rig that moves. |
 
 #![no_std]

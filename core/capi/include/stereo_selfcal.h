@@ -147,8 +147,8 @@
 #define SELFCAL_SNAPSHOT_BYTES 400
 
 /**
- * Result of a call: one number for each remedy, whichever function returns it. From 100 on, the numbers are those of
- * the core.
+ * Result of a call: one number for each remedy, whichever function returns it. From 100 on, the core has the
+ * same numbers.
  */
 enum selfcal_error_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -352,7 +352,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_NO_BASELINE = 1200,
     /**
-     * range or deviation is not that of a sensor
+     * range or deviation is out of the range of a sensor
      */
     SELFCAL_ERROR_READING = 1202,
     /**
@@ -725,7 +725,7 @@ enum selfcal_cause_t
      */
     SELFCAL_CAUSE_LARGER_IMAGES = 18006,
     /**
-     * focal length or lens of another unit or image, as of mm
+     * focal length or lens of another unit or image, such as mm
      *
      * Most pixels have no ray.
      */
@@ -818,7 +818,7 @@ typedef uint32_t selfcal_angle_t;
 #endif // __cplusplus
 
 /**
- * What is done about errors of the given lens models.
+ * Treatment of errors of the given lens models.
  */
 enum selfcal_lens_tracking_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -826,7 +826,7 @@ enum selfcal_lens_tracking_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * They are estimated, and widen the deviations. Extrinsics are those of the given lens models.
+     * They are estimated, and widen the deviations. The extrinsics belong to the given lens models.
      */
     SELFCAL_LENS_TRACKING_REPORT = 0,
     /**
@@ -1031,7 +1031,7 @@ enum selfcal_source_t
      */
     SELFCAL_SOURCE_PROPOSED = 1,
     /**
-     * What `selfcal_apply` would put into use.
+     * The calibration that `selfcal_apply` would put into use.
      */
     SELFCAL_SOURCE_APPLICABLE = 2,
 };
@@ -1047,8 +1047,8 @@ typedef uint32_t selfcal_source_t;
  * A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
  * pointers and needs no release. One call at a time; calibrators are independent.
  *
- * Of storage that is overwritten, each call notices two things: other first 12 bytes (name and size), and a length
- * beyond its array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
+ * Each call notices two kinds of overwritten storage: other first 12 bytes (name and size), and a length beyond its
+ * array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
  * noticed, and what a call does with them is undefined: protect the memory, or call `selfcal_init` again.
  */
 typedef struct selfcal_t {
@@ -1108,8 +1108,8 @@ typedef struct selfcal_config_t {
      */
     uint16_t min_correspondences;
     /**
-     * Number of pairs after which the oldest fade: 20 or more; default 1000. Larger averages longer; smaller follows a
-     * slow drift. Robust preset.
+     * Number of pairs after which the oldest fade: 20 or more; default 1000. A larger number averages longer; a
+     * smaller one follows a slow drift. Robust preset.
      */
     uint32_t memory_pairs;
     /**
@@ -1117,8 +1117,8 @@ typedef struct selfcal_config_t {
      */
     float max_correction_rad;
     /**
-     * Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. Larger
-     * allows larger corrections; smaller stabilises pairs with little information. Robust preset.
+     * Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A larger
+     * value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
      */
     float prior_sd_rad;
     /**
@@ -1225,7 +1225,7 @@ typedef struct selfcal_factory_t {
     uint32_t is_guess;
     /**
      * Standard deviation of the yaw of the extrinsics, rad, which depth rests on until the rig changes: 1e-6 to 1; 0
-     * stands for 8.7e-4 (0.05 degrees), as of a calibration with boards. Not used for a guess.
+     * stands for 8.7e-4 (0.05 degrees), the deviation of a calibration with boards. Not used for a guess.
      */
     float yaw_sd_rad;
     /**
@@ -1318,7 +1318,7 @@ typedef struct selfcal_pushed_counts_t {
      */
     size_t refused;
     /**
-     * Why the first of these was refused; `SELFCAL_OK` if there is none.
+     * Why the first of these was refused; `SELFCAL_OK` without a refusal.
      */
     selfcal_error_t first_refusal;
 } selfcal_pushed_counts_t;
@@ -1590,11 +1590,11 @@ typedef struct selfcal_lens_correction_t {
  */
 typedef struct selfcal_sd_t {
     /**
-     * Of `R`, rad.
+     * Deviation of `R`, rad.
      */
     float rotation_rad;
     /**
-     * Of the direction of `t`, rad.
+     * Deviation of the direction of `t`, rad.
      */
     float translation_rad;
 } selfcal_sd_t;
@@ -1660,11 +1660,11 @@ typedef struct selfcal_weakest_t {
  */
 typedef struct selfcal_vibration_t {
     /**
-     * Of `R` about each axis, rad RMS.
+     * Vibration of `R` about each axis, rad RMS.
      */
     float rotation_rad;
     /**
-     * Of the direction of `t` about each of its two angles, rad RMS.
+     * Vibration of the direction of `t` about each of its two angles, rad RMS.
      */
     float translation_rad;
 } selfcal_vibration_t;
@@ -1791,7 +1791,7 @@ typedef struct selfcal_health_t {
     float yaw_rad;
     /**
      * Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
-     * point, px. Neither RMS contains it.
+     * point, px. Both RMS leave it out.
      */
     float corner_px;
     /**
@@ -1871,7 +1871,8 @@ typedef struct selfcal_range_t {
      */
     float sd_m;
     /**
-     * 0: along the ray of the pixel, as of a laser rangefinder. Otherwise along the optical axis, as of a wall ahead.
+     * 0: along the ray of the pixel, as a laser rangefinder measures it. Otherwise along the optical axis, such as the
+     * distance of a wall ahead.
      */
     uint32_t along_axis;
 } selfcal_range_t;
@@ -2076,7 +2077,7 @@ selfcal_error_t selfcal_frame_check(const struct selfcal_frame_header_t *header,
                                     const struct selfcal_correspondence_t *correspondence);
 
 /**
- * Begins a frame, also in an encoder in use. The count of the header is that of the matches to come.
+ * Begins a frame, also in an encoder in use. The header has the number of the matches to come.
  *
  * * `size`: size of the storage, bytes: `sizeof(selfcal_encoder_t)`.
  * * `bytes`: the first `SELFCAL_FRAME_HEADER_BYTES` of the frame, written.
@@ -2121,7 +2122,7 @@ selfcal_error_t selfcal_take_pair(struct selfcal_t *cal,
 
 /**
  * Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins a new
- * batch; until then `selfcal_health` and `selfcal_push_range` read this one. Errors as of `selfcal_take_pair`.
+ * batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of `selfcal_take_pair`.
  *
  * * `outcome`: written with these errors too; may be null.
  */
@@ -2130,8 +2131,8 @@ selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal,
 
 /**
  * Takes one step of a pair, at most one pass over the batch, or two to evaluate a solved pair. The first step begins with
- * the correspondences pushed so far, the last one fuses the result. The outcome is that of `selfcal_solve_pair`, bit for
- * bit, and so are the errors; a pair with an error has ended.
+ * the correspondences pushed so far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for
+ * bit; a pair with an error has ended.
  *
  * * `ended`: whether the pair has ended, also written with these errors.
  * * `outcome`: written once the pair has ended; may be null.

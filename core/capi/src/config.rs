@@ -29,11 +29,11 @@ pub enum selfcal_angle_t {
     SELFCAL_ANGLE_MEDIAN = 1,
 }
 
-/// What is done about errors of the given lens models.
+/// Treatment of errors of the given lens models.
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_lens_tracking_t {
-    /// They are estimated, and widen the deviations. Extrinsics are those of the given lens models.
+    /// They are estimated, and widen the deviations. The extrinsics belong to the given lens models.
     SELFCAL_LENS_TRACKING_REPORT = 0,
     /// Differences of focal length and of `k1` are compensated, where that halves the deviation of `t`:
     /// `SELFCAL_FUSED_LENS_CORRECTED`. For callers who rectify with the cameras of the calibration in
@@ -53,13 +53,13 @@ pub struct selfcal_config_t {
     pub max_passes: u16,
     /// Fewest usable correspondences of a pair: 6 or more; default 12.
     pub min_correspondences: u16,
-    /// Number of pairs after which the oldest fade: 20 or more; default 1000. Larger averages longer; smaller follows a
-    /// slow drift. Robust preset.
+    /// Number of pairs after which the oldest fade: 20 or more; default 1000. A larger number averages longer; a
+    /// smaller one follows a slow drift. Robust preset.
     pub memory_pairs: u32,
     /// Largest distance of a fused pair from the factory extrinsics, rad: above 0 and below 1.5; default 0.5.
     pub max_correction_rad: f32,
-    /// Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. Larger
-    /// allows larger corrections; smaller stabilises pairs with little information. Robust preset.
+    /// Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A larger
+    /// value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
     pub prior_sd_rad: f32,
     /// Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and above
     /// 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
@@ -88,7 +88,7 @@ pub struct selfcal_config_t {
 pub(crate) enum ConfigFault {
     /// A parameter.
     Parameter(ConfigError),
-    /// A field that is no value of its enumeration.
+    /// A field without a value of its enumeration.
     Enumeration(&'static CStr),
 }
 

@@ -121,7 +121,7 @@ pub unsafe extern "C" fn selfcal_frame_check(
     })
 }
 
-/// Begins a frame, also in an encoder in use. The count of the header is that of the matches to come.
+/// Begins a frame, also in an encoder in use. The header has the number of the matches to come.
 ///
 /// * `size`: size of the storage, bytes: `sizeof(selfcal_encoder_t)`.
 /// * `bytes`: the first `SELFCAL_FRAME_HEADER_BYTES` of the frame, written.

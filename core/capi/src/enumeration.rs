@@ -26,8 +26,7 @@ macro_rules! c_enum {
             pub(crate) const TEXTS: &[$crate::enumeration::Text] =
                 &[$(($number, $crate::enumeration::text(concat!($text, "\0"))),)+];
 
-            /// The value of a number. A search out of line: a `match` takes 0.6 kB more flash, and
-            /// a search in line 1.5 kB more.
+            /// The value of a number.
             #[inline(never)]
             #[allow(dead_code, reason = "bits of a set are not converted")]
             pub(crate) fn of(number: u32) -> Option<Self> {

@@ -6,8 +6,8 @@ use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{ApplyError, NoHealth, PushError, Rejection, RestoreError};
 
 c_enum! {
-    /// Result of a call: one number for each remedy, whichever function returns it. From 100 on, the numbers are those of
-    /// the core.
+    /// Result of a call: one number for each remedy, whichever function returns it. From 100 on, the core has the
+    /// same numbers.
     #[repr(u32)]
     #[allow(clippy::doc_markdown, reason = "the documentation is the text")]
     pub enum selfcal_error_t {
@@ -119,7 +119,7 @@ c_enum! {
 
         /// the length of the baseline is not known; set baseline_m of the factory calibration
         SELFCAL_ERROR_NO_BASELINE = 1200,
-        /// range or deviation is not that of a sensor
+        /// range or deviation is out of the range of a sensor
         SELFCAL_ERROR_READING = 1202,
         /// no match fits the estimate; for a range, none near its pixel
         SELFCAL_ERROR_NO_MATCH = 1203,

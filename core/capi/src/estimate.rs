@@ -81,9 +81,9 @@ from_core!(Direction => selfcal_direction_t from 15000, else SELFCAL_DIRECTION_U
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_sd_t {
-    /// Of `R`, rad.
+    /// Deviation of `R`, rad.
     pub rotation_rad: f32,
-    /// Of the direction of `t`, rad.
+    /// Deviation of the direction of `t`, rad.
     pub translation_rad: f32,
 }
 
@@ -98,9 +98,9 @@ impl From<StandardDeviations<f32>> for selfcal_sd_t {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct selfcal_vibration_t {
-    /// Of `R` about each axis, rad RMS.
+    /// Vibration of `R` about each axis, rad RMS.
     pub rotation_rad: f32,
-    /// Of the direction of `t` about each of its two angles, rad RMS.
+    /// Vibration of the direction of `t` about each of its two angles, rad RMS.
     pub translation_rad: f32,
 }
 

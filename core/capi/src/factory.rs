@@ -32,7 +32,7 @@ pub struct selfcal_factory_t {
     /// 1 if the extrinsics are a guess: their yaw is not held then, and the estimate follows that of the rows.
     pub is_guess: u32,
     /// Standard deviation of the yaw of the extrinsics, rad, which depth rests on until the rig changes: 1e-6 to 1; 0
-    /// stands for 8.7e-4 (0.05 degrees), as of a calibration with boards. Not used for a guess.
+    /// stands for 8.7e-4 (0.05 degrees), the deviation of a calibration with boards. Not used for a guess.
     pub yaw_sd_rad: f32,
     /// Length of the baseline, m: 1e-3 to 1e3, which `selfcal_push_range` needs; 0 where it is not known.
     pub baseline_m: f32,

@@ -125,7 +125,7 @@ c_enum! {
         ///
         /// No match of any pair is right of the middle of the left image, nor below it.
         SELFCAL_CAUSE_LARGER_IMAGES = 18006,
-        /// focal length or lens of another unit or image, as of mm
+        /// focal length or lens of another unit or image, such as mm
         ///
         /// Most pixels have no ray.
         SELFCAL_CAUSE_FOCAL_LENGTH = 18007,
@@ -177,7 +177,7 @@ pub struct selfcal_health_t {
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
     /// Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
-    /// point, px. Neither RMS contains it.
+    /// point, px. Both RMS leave it out.
     pub corner_px: f32,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,

@@ -13,8 +13,8 @@ use crate::marked::{self, Marked};
 /// A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
 /// pointers and needs no release. One call at a time; calibrators are independent.
 ///
-/// Of storage that is overwritten, each call notices two things: other first 12 bytes (name and size), and a length
-/// beyond its array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
+/// Each call notices two kinds of overwritten storage: other first 12 bytes (name and size), and a length beyond its
+/// array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
 /// noticed, and what a call does with them is undefined: protect the memory, or call `selfcal_init` again.
 #[repr(C)]
 pub struct selfcal_t {

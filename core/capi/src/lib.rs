@@ -1,6 +1,6 @@
 //! C API of `stereo-selfcal`: `f32`, no heap, in storage that the caller owns.
 //!
-//! The header `include/stereo_selfcal.h` is generated from this source; names are those of C.
+//! The header `include/stereo_selfcal.h` is generated from this source; names follow C.
 //! Conventions as in the core: `p_r = R p_l + t`, `|t| = 1`, camera frames x right, y down,
 //! z forward; matrices row by row; angles in rad; pixels of the raw image, before undistortion.
 //!

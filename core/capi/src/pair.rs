@@ -112,7 +112,7 @@ pub struct selfcal_report_t {
 }
 
 impl selfcal_report_t {
-    /// Of no pair.
+    /// Report without a pair.
     const NONE: Self = Self {
         extrinsics: selfcal_extrinsics_t::ZERO,
         information: [[0.0; 5]; 5],
@@ -202,7 +202,7 @@ pub unsafe extern "C" fn selfcal_take_pair(
 }
 
 /// Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins a new
-/// batch; until then `selfcal_health` and `selfcal_push_range` read this one. Errors as of `selfcal_take_pair`.
+/// batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of `selfcal_take_pair`.
 ///
 /// * `outcome`: written with these errors too; may be null.
 #[unsafe(no_mangle)]
@@ -218,8 +218,8 @@ pub unsafe extern "C" fn selfcal_solve_pair(
 }
 
 /// Takes one step of a pair, at most one pass over the batch, or two to evaluate a solved pair. The first step begins with
-/// the correspondences pushed so far, the last one fuses the result. The outcome is that of `selfcal_solve_pair`, bit for
-/// bit, and so are the errors; a pair with an error has ended.
+/// the correspondences pushed so far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for
+/// bit; a pair with an error has ended.
 ///
 /// * `ended`: whether the pair has ended, also written with these errors.
 /// * `outcome`: written once the pair has ended; may be null.

@@ -61,7 +61,7 @@ impl<T> Out<T> {
     }
 }
 
-/// Neither null nor misaligned.
+/// Refuses a pointer that is null or misaligned.
 pub(crate) fn check<T>(pointer: *const T) -> Result<(), selfcal_error_t> {
     if pointer.is_null() {
         return Err(SELFCAL_ERROR_NULL);

@@ -66,7 +66,7 @@ pub struct selfcal_pushed_counts_t {
     pub left_out: usize,
     /// Correspondences that are not valid.
     pub refused: usize,
-    /// Why the first of these was refused; `SELFCAL_OK` if there is none.
+    /// Why the first of these was refused; `SELFCAL_OK` without a refusal.
     pub first_refusal: selfcal_error_t,
 }
 

@@ -18,7 +18,7 @@ pub enum selfcal_source_t {
     SELFCAL_SOURCE_IN_USE = 0,
     /// The estimate.
     SELFCAL_SOURCE_PROPOSED = 1,
-    /// What `selfcal_apply` would put into use.
+    /// The calibration that `selfcal_apply` would put into use.
     SELFCAL_SOURCE_APPLICABLE = 2,
 }
 

@@ -19,7 +19,8 @@ pub struct selfcal_range_t {
     pub range_m: f32,
     /// Standard deviation of the distance, m.
     pub sd_m: f32,
-    /// 0: along the ray of the pixel, as of a laser rangefinder. Otherwise along the optical axis, as of a wall ahead.
+    /// 0: along the ray of the pixel, as a laser rangefinder measures it. Otherwise along the optical axis, such as the
+    /// distance of a wall ahead.
     pub along_axis: u32,
 }
 

@@ -62,7 +62,6 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// Adds sums in the same frame.
-    // Out of line, as `scale`, `is_finite` and `dot`: inlined and unrolled these took 8 kB more at opt-level 3.
     #[inline(never)]
     pub(crate) fn add(&mut self, other: &Self) {
         self.products.iter_mut().zip(&other.products).for_each(|(a, b)| *a += *b);

@@ -91,7 +91,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`ApplyError::Inconsistent`] where no cameras belong to it; nothing changes.
-    // Out of line: its stack is not that of the proposal.
     #[inline(never)]
     pub(super) fn put_into_use(
         &mut self,
@@ -107,7 +106,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Replaces the calibration in use. Returns whether it changed.
-    // Out of line: a second copy took 0.7 kB at opt-level 3.
     #[inline(never)]
     pub(super) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
         let changed = self.in_use != new;

@@ -54,7 +54,6 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Context of a call.
-    // Out of line: 7 inlined copies took 2.2 kB at opt-level 3.
     #[inline(never)]
     pub(crate) fn context<'a>(
         &self,
@@ -81,7 +80,7 @@ impl<T: Scalar> Estimator<T> {
     /// The mount yaw, for a witness to update.
     #[cfg_attr(
         not(feature = "paper"),
-        expect(clippy::unnecessary_wraps, reason = "the paper preset has none")
+        expect(clippy::unnecessary_wraps, reason = "the paper preset has no mount yaw")
     )]
     pub(crate) fn mount_mut(&mut self) -> Option<&mut MountYaw<T>> {
         match self {

@@ -38,9 +38,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         witnessed.ok_or(MotionError::Contradicts)
     }
 
-    /// Adds a point of known distance, once the pair that shows it has ended, and before the next: its yaw is that
-    /// of the nearest match that fits the estimate, within 3 px in the left image. Five readings of 1 %, or ten of 3 %,
-    /// are enough. One pass over the batch.
+    /// Adds a point of known distance. Call it after the pair that shows the point has ended, and before the next pair: the
+    /// nearest match that fits the estimate, within 3 px in the left image, gives the yaw. Five readings of 1 %, or ten of
+    /// 3 %, are enough. One pass over the batch.
     ///
     /// A reading that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more readings in a row agree with it
     /// than support that yaw, of which three count.

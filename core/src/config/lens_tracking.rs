@@ -5,7 +5,7 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LensTracking {
-    /// They are estimated, named, and widen the deviations. Extrinsics are those of the given lens models.
+    /// They are estimated, named, and widen the deviations. The extrinsics belong to the given lens models.
     Report,
     /// Differences of focal length and of `k1` are compensated, where that halves the deviation of `t`: the estimate
     /// begins again with corrected cameras ([`crate::Fused::LensCorrected`]), and extrinsics belong to these

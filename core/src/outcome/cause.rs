@@ -45,7 +45,7 @@ texts! {
         SameImage = "the same image on both sides",
         SmallerImages = "cameras of smaller images, or pixels from another origin than the upper left",
         LargerImages = "cameras of larger images",
-        FocalLength = "focal length or lens of another unit or image, as of mm",
+        FocalLength = "focal length or lens of another unit or image, such as mm",
         Lens = "another lens, or points that are undistorted already",
         Mismatches = "matches that agree on nothing",
     }
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cause_by_chance_is_none_and_one_that_few_pairs_can_show_is() {
+    fn chance_names_no_cause_and_few_pairs_can_name_one() {
         let named = |n| after(&[(Cause::Mismatches, 20), (Cause::Upright, n)]).unwrap();
         let [chance, few, more] = [1, 2, 3].map(named);
         assert_eq!([chance, few, more], [Cause::Mismatches, Cause::Mismatches, Cause::Upright]);

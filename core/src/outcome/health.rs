@@ -74,7 +74,7 @@ pub struct Health<T: Scalar> {
     /// Whether the estimate is confirmed.
     pub state: State,
     /// Row offset, px, that the apparent yaw of the lenses ([`Proposal::lens_yaw`]) leaves in the corner of the image that is
-    /// furthest from the principal point. Neither RMS contains these rows, `a x y`: extrinsics that are right for depth
+    /// furthest from the principal point. Both RMS leave out these rows, `a x y`: extrinsics that are right for depth
     /// leave them. A matcher that searches along rows meets them, unless its rectification removes them.
     pub corner_px: T,
     /// Expected error of the yaw in use, rad: its distance from the estimate, and the deviation of the estimate.
@@ -238,7 +238,7 @@ impl<T: Scalar> Health<T> {
     }
 }
 
-/// Rotations of the mount, turned by the apparent yaw of the lens, so that their rows are those of the images.
+/// Rotations of the mount, turned by the apparent yaw of the lens, so that rows agree in the images.
 fn with_lens<T: Scalar>(
     mount: &RectifyingRotations<T>,
     proposal: &Proposal<T>,

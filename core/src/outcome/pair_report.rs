@@ -33,7 +33,7 @@ pub struct PairReport<T: Scalar> {
     pub cost_before: T,
     /// Cost at the solution, px^2.
     pub cost_after: T,
-    /// RMS row offset of the screened correspondences at the start, px; 0 if there are none.
+    /// RMS row offset of the screened correspondences at the start, px; 0 without any.
     pub rms_px_before: T,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
@@ -99,7 +99,7 @@ pub enum Fused {
     /// The challenger, with this pair, has become the estimate.
     TookOver,
     /// The pairs show other lens models than the given ones: the estimate begins again with corrected cameras
-    /// ([`crate::LensTracking::Compensate`]). The batch is emptied, because its rays are those of the old cameras.
+    /// ([`crate::LensTracking::Compensate`]). The batch is emptied, because its rays belong to the old cameras.
     LensCorrected,
 }
 

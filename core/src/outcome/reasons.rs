@@ -125,7 +125,7 @@ impl Reasons {
 }
 
 impl fmt::Display for Reasons {
-    /// `estimate not locked, baseline not observed`; `none` if there are none.
+    /// `estimate not locked, baseline not observed`; `none` without any.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_empty() {
             return f.write_str("none");

@@ -13,9 +13,9 @@ use crate::scalar::Scalar;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Vibration<T> {
-    /// Of `R` about each axis, rad RMS.
+    /// Vibration of `R` about each axis, rad RMS.
     pub rotation: T,
-    /// Of the baseline about each of its two angles, rad RMS.
+    /// Vibration of the baseline about each of its two angles, rad RMS.
     pub baseline: T,
 }
 

@@ -5,7 +5,7 @@
 //! Unit noise on the four image coordinates gives `C` the variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`,
 //! to first order, at unit depth, with `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and `g_b` likewise from `R_l`. The gauge
 //! of eq 8 makes `R_r[1][2]` zero. `C / sqrt V` is the whitened residual (Sampson). The root is never taken: squares
-//! and products of whitened quantities are those of plain quantities over `V`. Derivation: `ESTIMATOR.md`, sections 2
+//! and products of whitened quantities are squares and products of plain quantities over `V`. Derivation: `ESTIMATOR.md`, sections 2
 //! to 4.
 
 use nalgebra::Matrix3;
@@ -301,7 +301,7 @@ mod tests {
             let by_k1_l = difference(|k| of(left + z * (k * squared_l), right));
             let by_k1_r = difference(|k| of(left, right + z * (k * squared_r)));
             let by_p1 = difference(|p| of(left, right - along * p));
-            // What the correction does to the noise, of each camera half.
+            // Effect of the correction on the noise, half of it by each camera.
             let noise = |squared: f64, y: f64| constraint.value * (squared / 2.0 - y * y);
             let [.., k1_l, k1_r, p1] =
                 constraint.coordinates(&PoseTerms::at(&pose), rays);

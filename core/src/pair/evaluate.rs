@@ -121,7 +121,7 @@ impl<T: Scalar> Iterate<T> {
     }
 }
 
-/// The pass of an evaluation: parameters, and sums of what is not of single rows.
+/// The pass of an evaluation: its parameters, and the sums over all rows.
 struct Evaluation<T> {
     by: Weighting<T>,
     start: PoseTerms<T>,
@@ -217,7 +217,7 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.is_largest_crowd()
     }
 
-    /// Why residuals that form a peak are not those of a scene.
+    /// Why residuals that form a peak do not come from a scene.
     ///
     /// * `needed`: near residuals, by configuration.
     pub(crate) fn no_scene(&self, needed: u16) -> Option<Rejection> {
@@ -247,7 +247,7 @@ impl<T: Scalar> EvaluatedPose<T> {
             && !self.measurement.moments.are_disparities_alike()
     }
 
-    /// Whether no more matches agree on a pose rows away: a pose of few is that of a fence. Of none it is no pose.
+    /// False if more matches lean to one side than fit, or if none fit: the pose may then follow a fence.
     fn is_largest_crowd(&self) -> bool {
         let PairMeasurement { crowd, inlier_share, .. } = self.measurement;
         inlier_share > T::ZERO && crowd.abs() <= inlier_share

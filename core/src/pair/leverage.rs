@@ -1,8 +1,7 @@
 //! Limit on the leverage of single correspondences on the baseline (`ESTIMATOR.md`, section 6).
 //!
-//! An outlier with a large disparity near its epipolar line fits any pose, and its residual is that of a near point:
-//! its share of the information on the baseline is limited. The share of the information on `R` is bounded by the
-//! image.
+//! An outlier with a large disparity near its epipolar line fits any pose, and has the residual of a near point. So its
+//! share of the information on the baseline is limited. The image bounds the share of the information on `R`.
 
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
@@ -128,7 +127,7 @@ impl<T: Scalar> Leverage<T> {
         self.high < share
     }
 
-    /// Whether leverage is that of a class of its own.
+    /// Whether matches of high leverage form a class of their own.
     pub(super) fn is_separate(&self, share: T) -> bool {
         T::lit(MIN_SEPARATION) * self.high < share
     }
@@ -275,7 +274,7 @@ mod tests {
         let limit = Leverage::of(&held, 40.0, &narrower, 1.0).unwrap();
         let next = limit.raised(&held, &first, &HighLeverage::NONE, false).unwrap();
         assert!((next.high / first.high - 0.25).abs() < 1e-12);
-        // So does a limit that is raised: shares of the pass are of the covariance before the step.
+        // A raised limit falls as well: the pass took its shares with the covariance before the step.
         let large = 100.0 * limit.limit.max(first.high);
         let raised = limit.raised(&held, &first, &high(&[large; 20], 0.0), false).unwrap();
         assert!((raised.limit / (MAX_LEVERAGE * large) - 0.25).abs() < 1e-12);

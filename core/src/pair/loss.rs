@@ -1,6 +1,6 @@
 //! Loss functions and expected variance of a residual (`ESTIMATOR.md`, section 5).
 //!
-//! The variance is that of the matcher's noise plus that of rounding to its grid. To change the loss, change this file.
+//! The variance is the variance of the matcher's noise plus that of rounding to its grid. To change the loss, change this file.
 
 use crate::scalar::Scalar;
 use crate::thresholds::{MIN_UNIT, NEAR};
@@ -112,7 +112,7 @@ mod tests {
     use crate::thresholds::TUKEY;
 
     #[test]
-    fn variance_is_that_of_the_noise_and_of_the_rounding() {
+    fn variance_adds_noise_and_rounding() {
         let expected = ResidualVariance::of(0.09_f64, 2.0);
         assert!((expected.variance - (0.09 + 4.0 / 12.0)).abs() < 1e-15);
         assert!((expected.of_grid - 4.0 / 12.0).abs() < 1e-15);
@@ -136,7 +136,7 @@ mod tests {
         assert!(within(1.199) && !within(1.201));
         assert!(!expected.is_within(2.0, f64::NAN));
         let share = |r: f64| expected.tukey(TUKEY * TUKEY, r * r).0 * expected.variance;
-        // A residual of one grid step keeps most of its weight; one beyond the limit has none.
+        // A residual of one grid step keeps most of its weight; one beyond the limit loses it.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
         assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
         assert!(share(0.6 * TUKEY - 0.1) > 0.0);

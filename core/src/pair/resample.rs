@@ -28,7 +28,7 @@ type Rows<T> = heapless::Vec<(T, [T; 5]), RESAMPLED>;
 
 /// Step to the best of the poses through small samples, rad; `None` if none is clearly better than the pose.
 ///
-/// Residuals are taken as linear about the pose. What a sample leaves free is held by a prior at the pose.
+/// Residuals are taken as linear about the pose. A prior at the pose holds the directions that a sample leaves free.
 ///
 /// * `by`: weighting at the pose; `noise`: of a coordinate, px.
 #[inline(never)]
@@ -61,7 +61,7 @@ pub(super) struct Rounds {
 }
 
 impl Rounds {
-    /// One where the peak is that of most correspondences, else [`ROUNDS`].
+    /// One round if the peak contains most correspondences, else [`ROUNDS`].
     pub(super) fn of(doubt: PeakDoubt) -> Self {
         let left = if doubt == PeakDoubt::OfSmallBatch { 1 } else { ROUNDS };
         Self { random: Random::NEW, left, moved: false }
@@ -228,7 +228,6 @@ fn improved<T: Scalar>(
 }
 
 /// Number of rows that fit the pose after a step, each by the Cauchy weight of its residual.
-// Out of line: 5 inlined copies took 1.3 kB at opt-level 3.
 #[inline(never)]
 fn score<T: Scalar>(rows: &Rows<T>, d: &Vector5<T>, scale: T) -> T {
     let unit = T::ONE / (scale * scale);
@@ -290,8 +289,8 @@ mod tests {
         assert_eq!([found_near(40, 3.0, 0.0), found_near(0, 0.0, 0.0)], [None; 2]);
     }
 
-    /// Of thirty matches those within two pixels, at the level pose and where the rounds from there lead. Half of them fit
-    /// a pose so many rows away, and the rows of the others are anywhere.
+    /// Number of thirty matches within two pixels, at the level pose and after the rounds from there. Half of the matches fit
+    /// a pose so many rows away; the others have random rows.
     fn fit_after_rounds(away: f64) -> [usize; 2] {
         let shift = |i: usize| {
             let k = f64::from(u8::try_from(i % 7).unwrap());
@@ -321,7 +320,7 @@ mod tests {
 
     #[test]
     fn improving_steps_lead_to_the_optimum_of_geman_mcclure_at_the_scale() {
-        // Of three unknowns; the prior holds the others.
+        // Rows of three unknowns; the prior holds the others.
         let row = |i: u8| {
             let k = f64::from(i);
             let r = (3.1 * k).sin() + if i.is_multiple_of(4) { 5.0 } else { 0.0 };

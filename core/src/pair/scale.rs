@@ -25,19 +25,19 @@ pub(super) struct Peak<T> {
     share: T,
 }
 
-/// Why a peak may not be that of the scene.
+/// Why a peak may not come from the scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum PeakDoubt {
-    /// Of few correspondences, or so wide that any fit.
+    /// It contains few correspondences, or is so wide that any fit.
     OfFew,
-    /// Wide: of noise, or of two crowds within it.
+    /// It is wide, by noise or by two crowds within it.
     Wide,
-    /// Of most correspondences of a small batch.
+    /// It contains most correspondences of a small batch.
     OfSmallBatch,
 }
 
 impl<T: Scalar> Peak<T> {
-    /// Whether it may be that of a few, or one between two crowds.
+    /// Why it may contain a few wrong matches, or lie between two crowds.
     ///
     /// * `usable`: all correspondences. Few are fitted by a wrong pose more often.
     pub(super) fn doubt(&self, usable: T) -> Option<PeakDoubt> {

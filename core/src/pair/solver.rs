@@ -217,7 +217,7 @@ impl<T: Scalar> PairSolver<T> {
     #[inline(never)]
     fn step(&mut self, pass: &PassSums<T>, matches: usize) {
         self.passes = self.passes.saturating_add(1);
-        // What is behind a camera costs as much as an outlier.
+        // A match behind a camera costs as much as an outlier.
         let behind = T::count(u32::try_from(matches).unwrap_or(u32::MAX)) - pass.usable;
         let cost = pass.cost + behind * T::lit(TUKEY * TUKEY / 6.0);
         let Self { iterate, moved, prior, .. } = &*self;
@@ -240,7 +240,7 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Takes the step from a point; the step, rad, and the covariance of the pose, rad^2. `None` where there is none.
+    /// Takes the step from a point; the step, rad, and the covariance of the pose, rad^2. `None` without a step.
     fn take_step(&mut self, joint: &NormalEquations<T>) -> Option<(Vector5<T>, Symmetric5<T>)> {
         let factor = joint.information.0.factor(self.descent.damping)?;
         let d = -factor.solve(&joint.gradient);
@@ -335,7 +335,7 @@ impl<T: Scalar> PairSolver<T> {
         };
     }
 
-    /// Moves the pose to another start; `None` where there is none.
+    /// Moves the pose to another start; `None` if the start is no rig.
     fn moves(&mut self, d: &Vector5<T>) -> Option<()> {
         self.iterate.pose = self.iterate.pose.stepped_by(d)?;
         self.moved += *d;
@@ -382,7 +382,6 @@ impl<T: Scalar> PairSolver<T> {
     }
 
     /// Weighting of the next pass.
-    // Out of line: 4 inlined copies took 0.6 kB more at opt-level 3.
     #[inline(never)]
     pub(super) fn weighting(&self) -> Weighting<T> {
         self.iterate.weighting(self.schedule.loss())

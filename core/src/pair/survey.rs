@@ -19,7 +19,7 @@ pub(super) struct Random(u32);
 impl Random {
     pub(super) const NEW: Self = Self(1);
 
-    /// A number below `n`; `None` if there is none.
+    /// A number below `n`; `None` if `n` is 0.
     pub(super) fn below(&mut self, n: usize) -> Option<usize> {
         self.0 = self.0.wrapping_mul(MULTIPLIER);
         // The high bits as a fraction of the length: the low ones recur soon.
@@ -93,7 +93,6 @@ pub(super) fn first_scale<'a, T: Scalar>(
 
 /// The median, of an even number the larger one of the two; `None` of no values and where one is not a number. By
 /// ranks: small code, and as many comparisons as the square of a few values.
-// Out of line: a second copy took 0.4 kB at opt-level 3.
 #[inline(never)]
 fn median<T: Scalar>(values: &[T]) -> Option<T> {
     let is_median = |value: &&T| {
@@ -130,7 +129,7 @@ mod tests {
         }
     }
 
-    /// The limits are those of a random sample.
+    /// The limits have the chance of a random sample.
     #[test]
     fn a_sample_follows_no_period() {
         for length in 33..1025_usize {

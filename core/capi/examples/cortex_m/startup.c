@@ -27,7 +27,7 @@ static void fault(void)
     }
 }
 
-/* Of the timer in the core; a fault where a firmware has none. */
+/* Interrupt of the timer in the core; a fault without a handler. */
 void systick(void) __attribute__((weak, alias("fault")));
 
 __attribute__((section(".vectors"), used)) static const void *const vectors[16] = {

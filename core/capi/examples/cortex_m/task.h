@@ -11,7 +11,7 @@
  * that an RTOS saves, 204 bytes with the floating point unit, and for the board's own functions. */
 #define TASK_STACK_BYTES 10240
 
-/* Of the task, written by it alone. */
+/* State of the task, which it alone writes. */
 typedef struct {
     uint32_t frames, fused, applied;
     selfcal_error_t error;        /* error that ended the task */

@@ -12,7 +12,7 @@ bool print_pair(selfcal_error_t error, const selfcal_outcome_t *outcome, unsigne
 
 void print_numbers(const char *name, const float *numbers, int count);
 
-/* Prints the estimate after `pairs` pairs and its errors; false if there is none. */
+/* Prints the estimate after `pairs` pairs and its errors; false without an estimate. */
 bool print_estimate(const selfcal_t *cal, unsigned pairs, unsigned accepted,
                     const struct rig *reference);
 

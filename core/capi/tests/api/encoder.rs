@@ -121,7 +121,7 @@ fn the_vectors_are_counted_as_their_text_says() {
 }
 
 #[test]
-fn what_no_frame_can_carry_is_refused() {
+fn a_match_that_no_frame_can_carry_is_refused() {
     let mut frame = Frame::begin(&selfcal_frame_header_t { count: 1, ..HEADER }).unwrap();
     let check = |header: &selfcal_frame_header_t, m: &selfcal_correspondence_t| {
         // SAFETY: live objects.

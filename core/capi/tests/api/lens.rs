@@ -1,4 +1,4 @@
-//! Lens models, their prior and its estimate through C are those of Rust.
+//! Lens models, their prior and its estimate through C equal those of Rust.
 
 use stereo_selfcal::{Config, State};
 use stereo_selfcal_capi::selfcal_error_t::*;
@@ -25,7 +25,7 @@ fn the_robust_preset_with_a_lens_prior_is_bit_identical_to_rust() {
 }
 
 #[test]
-fn rays_and_pixels_of_all_lens_models_are_those_of_the_core() {
+fn rays_and_pixels_of_all_lens_models_equal_those_of_the_core() {
     let camera = |lens, distortion| selfcal_camera_t {
         focal_px: [534.0, 531.0],
         principal_px: [342.0, 234.5],

@@ -13,7 +13,7 @@ use crate::life::{Twin, bits, change_what_is_in_use, push, run, take_pair, twins
 use crate::record::{restore, snapshot};
 use crate::rig::{Cal, cameras, defaults, factory, get, health, pair};
 
-/// What the right focal length is longer than given, relative.
+/// Excess of the right focal length over the given one, relative.
 const LONGER: f32 = 0.003;
 const PAIRS: usize = 60;
 

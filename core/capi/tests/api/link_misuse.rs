@@ -35,7 +35,7 @@ fn every_function(link: *mut selfcal_link_t) -> Vec<(&'static str, selfcal_error
 }
 
 #[test]
-fn every_function_refuses_storage_that_is_no_link() {
+fn every_function_refuses_other_storage() {
     let tested = every_function(null_mut()).into_iter().map(|(name, _)| name.to_owned());
     assert_eq!(tested.collect::<BTreeSet<_>>(), source::functions_of("selfcal_link_t"));
     let mut live = Link::new();
@@ -44,7 +44,7 @@ fn every_function_refuses_storage_that_is_no_link() {
         (null_mut(), SELFCAL_ERROR_NULL),
         (odd, SELFCAL_ERROR_ALIGNMENT),
         (Link::zeroed().ptr(), SELFCAL_ERROR_NOT_INITIALISED),
-        // The magic of a calibrator is not that of a link.
+        // A calibrator has another magic.
         (Cal::new().ptr().cast(), SELFCAL_ERROR_NOT_INITIALISED),
     ] {
         for (name, code) in every_function(link) {

@@ -1,4 +1,4 @@
-//! Records are those of Rust, byte for byte.
+//! Records equal those of Rust, byte for byte.
 
 use std::mem::MaybeUninit;
 
@@ -138,7 +138,7 @@ fn factory_values_are_bit_identical_after_a_restart() {
     assert_eq!(to_record(&found), made);
     let mut next = Cal::made(None, &found);
     assert_eq!(restore(&mut next, &learnt), SELFCAL_OK, "of the same rig, bit for bit");
-    // What was learnt is rounded to the numbers of the record.
+    // The record rounds the estimate to its numbers.
     let [new, old] = [&mut next, &mut cal].map(|c| get!(c, selfcal_in_use).unwrap().extrinsics);
     assert_eq!(new.translation.map(f32::to_bits), old.translation.map(f32::to_bits));
     let apart = new.rotation.iter().zip(old.rotation).map(|(a, b)| (a - b).abs());

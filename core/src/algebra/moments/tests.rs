@@ -104,7 +104,7 @@ fn normal_equations_at_any_pose_match_the_sum_over_the_matches() {
 }
 
 #[test]
-fn sums_after_a_change_of_frame_are_those_of_the_rotated_rays() {
+fn sums_after_a_change_of_frame_equal_those_of_rotated_rays() {
     let from = frame();
     let to = pose([-0.1, 0.04, 0.12], [-0.2, 0.15]);
     let scene = scene(60, 1.0..300.0, 0.5, 3);

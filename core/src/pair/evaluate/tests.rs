@@ -114,7 +114,7 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
 }
 
 #[test]
-fn the_slope_of_an_evaluation_is_that_of_the_whitened_cost_with_weights_as_they_are() {
+fn an_evaluation_has_the_slope_of_the_whitened_cost_with_fixed_weights() {
     let iterate = iterate(pose([0.0; 3], [0.0; 2]));
     let mut pass = Evaluation::at(&iterate);
     let mut moments = Moments::ZERO;

@@ -1,4 +1,4 @@
-//! Steps of a search against their definitions; the other tests of a solver are those of its results.
+//! Steps of a search against their definitions; the other tests of a solver check its results.
 
 use super::*;
 use crate::pair::scenes::FOCAL;
