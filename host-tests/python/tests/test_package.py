@@ -295,14 +295,16 @@ def test_the_package_has_the_version_of_the_workspace() -> None:
     assert f'version = "{version("stereo-selfcal")}"' in (ROOT / "Cargo.toml").read_text()
 
 
-def block(readme: Path) -> str:
-    [found] = re.findall(r"```python\n(.*?)```", readme.read_text(), re.DOTALL)
-    return str(found)
+def blocks(readme: Path) -> str:
+    """The blocks of Python of a document: one program, in their order."""
+    found = re.findall(r"```python\n(.*?)```", readme.read_text(), re.DOTALL)
+    assert found
+    return "\n".join(found)
 
 
 def test_the_block_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(ROOT)
-    exec(compile(block(ROOT / "README.md"), "README.md", "exec"), {})
+    exec(compile(blocks(ROOT / "README.md"), "README.md", "exec"), {})
     assert capsys.readouterr().out.count("<Result locked") == 10
 
 
@@ -315,7 +317,7 @@ def test_the_block_of_the_package_runs() -> None:
     ]
     r, t = rig.factory or (None, None)
     names = {"K": rig.left.K, "dist": rig.left.dist, "R": r, "T": t, "pairs": images}
-    exec(compile(block(ROOT / "host-tests/python/README.md"), "README.md", "exec"), names)
+    exec(compile(blocks(ROOT / "host-tests/python/README.md"), "README.md", "exec"), names)
     assert names["rectified"].shape == (480, 640)  # type: ignore[union-attr]
 
 
