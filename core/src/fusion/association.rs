@@ -187,9 +187,6 @@ impl<T: Scalar> Association<T> {
             Work::Solver(_) => {
                 self.evaluate(matches)?;
                 let next = self.decide(with)?;
-                if matches!(next, Stage::Search) && self.has_spent(with) {
-                    return Err(Rejection::NoConsensus);
-                }
                 self.stage = next;
                 if matches!(next, Stage::Challenger | Stage::Search) {
                     self.enter(next, with, matches.len());
@@ -203,12 +200,6 @@ impl<T: Scalar> Association<T> {
             }
             Work::None => Ok(()),
         }
-    }
-
-    /// Whether a search with the baseline turned, and the track after it, have left no passes for another search.
-    fn has_spent(&self, with: &AssociationContext<'_, T>) -> bool {
-        let after_tracks = self.passes > TRACK_PASSES + TRACK_PASSES;
-        after_tracks && self.passes.saturating_add(TRACK_PASSES) > with.context.config.max_passes
     }
 
     /// Takes one more pass with the baseline turned. If the turned pose fits no better, the challenger is tracked
