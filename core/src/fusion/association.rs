@@ -120,8 +120,8 @@ impl<T: Scalar> Association<T> {
         if let Stage::Turned(turn) = stage {
             self.stage = stage;
             let start = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
-            // A comparison, and a track of the challenger with its evaluation, follow.
-            self.search(with, pairs, start, TRACK_PASSES.saturating_add(2));
+            // A comparison, a track of the challenger, and a search of as many passes as a track may follow.
+            self.search(with, pairs, start, 2 * TRACK_PASSES + 2);
             return;
         }
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());

@@ -55,8 +55,7 @@ pub(super) fn check_begun_again(calibrator: &Target) {
 
 pub(super) fn check_report(report: &PairReport<f32>, robust: bool) {
     check_extrinsics(&report.extrinsics);
-    // After a search with the baseline turned, a track and a short search may follow: `SPARE_PASSES` of the core.
-    let most = if robust { 24 + 8 } else { 100 };
+    let most = if robust { 24 } else { 100 };
     assert!(report.passes <= most && report.usable >= 12, "{report:?}");
     let numbers = [
         report.cost_before,

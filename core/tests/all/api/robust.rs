@@ -50,6 +50,29 @@ fn exact_correspondences_among_outliers_give_the_rig() {
 }
 
 #[test]
+fn a_knock_before_the_lock_takes_no_more_passes_than_configured() {
+    let knocked = rig([ROTATION[0] + 1.0, ROTATION[1], ROTATION[2]], BASELINE);
+    let mut longest = 0;
+    for seed in 0..12 {
+        let mut calibrator = robust::<f64>();
+        for n in 0..3 {
+            take(
+                &mut calibrator,
+                &correspondences(&rig(ROTATION, BASELINE), 250, 0.5, 3 * seed + n),
+            )
+            .unwrap();
+        }
+        // A search with the baseline turned, a track of the challenger, and a last search.
+        fill(&mut calibrator, &correspondences(&knocked, 250, 0.5, 100 + seed));
+        let outcome = calibrator.solve_pair();
+        let report = outcome.pair.unwrap();
+        longest = longest.max(report.passes);
+        assert!(Deviation::between(&report.extrinsics, &knocked).rotation < 0.01, "{outcome:?}");
+    }
+    assert!((20..=24).contains(&longest), "{longest}");
+}
+
+#[test]
 fn takes_no_more_than_twelve_passes_and_reports_them() {
     let report = solved::<f32>(0.5, 2);
     assert!(report.passes <= 12 && report.stop == Stop::Converged, "{report:?}");
