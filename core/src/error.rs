@@ -5,36 +5,6 @@ use thiserror::Error;
 
 use crate::state::State;
 
-/// Defines the number of each value. Errors with the same remedy have the same number, whichever operation returns them.
-/// `capi/tests/api/codes.rs` checks all of them together.
-macro_rules! codes {
-    ($($name:ident $([$($generic:ident),+])? {
-        $($variant:ident $({ $($field:tt: $value:ident),+ })? = $code:expr),+ $(,)?
-    })+) => {$(
-        impl $(<$($generic),+>)? $name $(<$($generic),+>)? {
-            /// Number for a log or a wire. Errors have numbers from 100 on, one for each remedy: two operations that fail for
-            /// the same reason return the same number.
-            #[must_use]
-            pub const fn code(&self) -> u16 {
-                match self {
-                    $(Self::$variant { $($($field: $value,)+)? .. } => $code,)+
-                }
-            }
-        }
-    )+};
-}
-
-/// Defines the text of each value.
-macro_rules! texts {
-    ($($name:ident { $($variant:ident = $text:literal),+ $(,)? })+) => {$(
-        impl core::fmt::Display for $name {
-            fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-                f.pad(match self { $(Self::$variant => $text,)+ })
-            }
-        }
-    )+};
-}
-
 /// Which camera of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

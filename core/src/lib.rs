@@ -150,7 +150,7 @@
 // of its caller.
 
 #[macro_use]
-mod error;
+mod named;
 
 mod algebra;
 pub mod batch;
@@ -158,6 +158,7 @@ mod calibrator;
 mod checksum;
 mod config;
 pub mod depth;
+mod error;
 mod fusion;
 pub mod geometry;
 pub mod link;

@@ -22,31 +22,42 @@ macro_rules! c_enum {
             $(#[doc = $text] $(#[doc = $more])* $value = $number,)+
         }
 
+        impl $crate::enumeration::Values for $name {
+            const VALUES: &[Self] = &[$(Self::$value),+];
+        }
+
         impl $name {
             pub(crate) const TEXTS: &[$crate::enumeration::Text] =
                 &[$(($number, $crate::enumeration::text(concat!($text, "\0"))),)+];
-
-            /// The value of a number.
-            #[inline(never)]
-            #[allow(dead_code, reason = "bits of a set are not converted")]
-            pub(crate) fn of(number: u32) -> Option<Self> {
-                const VALUES: &[$name] = &[$($name::$value),+];
-                VALUES.iter().copied().find(|value| *value as u32 == number)
-            }
         }
     };
 }
 
 /// Converts enumerations of the core by their numbers. The first number keeps those of different enumerations apart.
 macro_rules! from_core {
-    ($($core:ty),+ => $name:ident from $first:literal, else $unknown:ident) => {$(
+    ($($core:ty),+ => $name:ident from $first:literal, else $unknown:ident) => {
+        impl $name {
+            /// The value of a number.
+            #[inline(never)]
+            fn of(number: u32) -> Option<Self> {
+                let mut values = <Self as $crate::enumeration::Values>::VALUES.iter().copied();
+                values.find(|value| *value as u32 == number)
+            }
+        }
+        $(
         impl From<$core> for $name {
             fn from(value: $core) -> Self {
                 let number = u32::from(value.code()) + $first;
                 Self::of(number).unwrap_or(Self::$unknown)
             }
         }
-    )+};
+        )+
+    };
+}
+
+/// An enumeration with the list of its values.
+pub(crate) trait Values: Copy + 'static {
+    const VALUES: &'static [Self];
 }
 
 /// A number and its text.
