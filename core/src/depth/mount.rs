@@ -162,6 +162,11 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
+    /// The mount has turned: earlier measurements by witnesses do not support what comes now, nor contradict it.
+    fn forget_witnesses(&mut self) {
+        (self.support, self.waiting) = (0, None);
+    }
+
     /// Forgets the earlier rows.
     pub(crate) fn forget_earlier(&mut self) {
         self.earlier = EarlierRows::NONE;
@@ -210,6 +215,7 @@ impl<T: Scalar> MountYaw<T> {
     pub(crate) fn refute(&mut self) {
         self.refuted = true;
         self.forget_earlier();
+        self.forget_witnesses();
     }
 
     /// The rig has changed, and the sums of the rows are dropped. The estimate keeps what they measured, and the lens
@@ -220,6 +226,7 @@ impl<T: Scalar> MountYaw<T> {
             self.known = Some(self.at(&rows, context));
             self.changed = true;
             self.forget_earlier();
+            self.forget_witnesses();
         }
     }
 
@@ -338,6 +345,31 @@ mod tests {
             let after = mount.with_rows(&rows(20, 20), &context);
             let (turn, lens) = (after.mount() - KNOCK, after.lens() - LENS);
             assert!(turn.abs() < 8e-4 && lens.abs() < 8e-4, "{late}: {turn} {lens}");
+        }
+    }
+
+    #[test]
+    fn measurements_of_a_mount_that_has_turned_since_support_nothing() {
+        let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+        let context = Context::new(&config, &factory, 1400.0);
+        let before = rows(20, 0);
+        for turns in [false, true] {
+            let mut mount = MountYaw::CALIBRATED;
+            for _ in 0..5 {
+                assert_eq!(mount.witness(0.0, 1e-7, &before, &context), Some(Witnessed::Taken));
+            }
+            if turns {
+                mount.change(&before, &context);
+            }
+            let rows = if turns { rows(20, 20) } else { before };
+            let yaw = if turns { KNOCK } else { 0.0 };
+            // A wrong measurement, then right ones.
+            let wrong = mount.witness(yaw - 0.008, 1e-7, &rows, &context);
+            assert_eq!(wrong, Some(if turns { Witnessed::Taken } else { Witnessed::Waiting }));
+            let right = [(); 3].map(|()| mount.witness(yaw, 1e-7, &rows, &context));
+            assert_eq!(right[2], Some(Witnessed::Taken), "{turns}: {right:?}");
+            let off = mount.with_rows(&rows, &context).mount() - yaw;
+            assert!(off.abs() < 1e-3, "{turns}: {off}");
         }
     }
 

@@ -13,12 +13,15 @@ pub(super) fn band(band: Band) -> &'static str {
 }
 
 pub(super) fn arming(reasons: Reasons) -> &'static str {
+    if reasons.may_arm() {
+        return "yes";
+    }
     match reasons.iter().next() {
         Some(Reason::NotLocked) => "no: not locked",
         Some(Reason::SecondMode | Reason::Biased) => "no: doubtful",
         Some(Reason::Unfit) => "no: matches do not support it",
         Some(Reason::Misaligned) => "no: misaligned",
-        _ => "yes",
+        _ => "no",
     }
 }
 
@@ -34,12 +37,10 @@ pub(super) fn direction(direction: Direction) -> &'static str {
 
 /// The strongest doubt of the matches.
 pub(super) fn doubt(reasons: Reasons) -> Option<&'static str> {
-    let named = [
-        (Reason::SecondMode, "second crowd of matches: not applied"),
-        (Reason::Biased, "image halves disagree: not applied"),
-        (Reason::ImageHalves, "image halves disagree"),
-        (Reason::Axis, "axis uncertain"),
-    ];
-    let found = named.into_iter().find(|(reason, _)| reasons.contains(*reason));
-    found.map(|(_, label)| label)
+    Some(match host_tests::run::doubt(reasons)? {
+        Reason::SecondMode => "second crowd of matches: not applied",
+        Reason::Biased => "image halves disagree: not applied",
+        Reason::ImageHalves => "image halves disagree",
+        _ => "axis uncertain",
+    })
 }

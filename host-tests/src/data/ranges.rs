@@ -53,8 +53,12 @@ pub fn read(path: &Path) -> Result<Ranges> {
 /// Writes such a file.
 ///
 /// # Errors
-/// If it cannot be written.
+/// Names the file.
 pub fn write(path: &Path, ranges: &Ranges) -> Result<()> {
+    write_rows(path, ranges).with_context(|| format!("cannot write {}", path.display()))
+}
+
+fn write_rows(path: &Path, ranges: &Ranges) -> Result<()> {
     let mut writer = csv::Writer::from_path(path)?;
     for (&pair, readings) in ranges {
         for RangeReading { pixel: [u, v], range, sd_m } in readings {

@@ -36,19 +36,24 @@ pub fn read(dir: &Path, pairs: usize) -> Result<Vec<Vec<Track>>> {
 /// Writes the tracks of each pair; a pair without any has no file.
 ///
 /// # Errors
-/// If a file cannot be written.
+/// Names the file.
 pub fn write(dir: &Path, tracks: &[Vec<Track>]) -> Result<()> {
-    fs::create_dir_all(dir.join("quads"))?;
+    let folder = dir.join("quads");
+    fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (i, all) in tracks.iter().enumerate().filter(|(_, all)| !all.is_empty()) {
-        let mut writer = csv::Writer::from_path(dir.join("quads").join(format!("{i:04}.csv")))?;
-        for [one, two] in all {
-            let (Match { ul: ul1, vl: vl1, ur: ur1, vr: vr1, .. }, ul2) = (*one, two.ul);
-            let (vl2, ur2, vr2) = (two.vl, two.ur, two.vr);
-            writer.serialize(Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 })?;
-        }
-        writer.flush()?;
+        let path = folder.join(format!("{i:04}.csv"));
+        write_pair(&path, all).with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(())
+}
+
+fn write_pair(path: &Path, tracks: &[Track]) -> Result<()> {
+    let mut writer = csv::Writer::from_path(path)?;
+    for [Match { ul: ul1, vl: vl1, ur: ur1, vr: vr1, .. }, two] in tracks.iter().copied() {
+        let Match { ul: ul2, vl: vl2, ur: ur2, vr: vr2, .. } = two;
+        writer.serialize(Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 })?;
+    }
+    Ok(writer.flush()?)
 }
 
 fn of_pair(path: &Path) -> Result<Vec<Track>> {

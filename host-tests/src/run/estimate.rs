@@ -123,7 +123,8 @@ impl Estimate {
 }
 
 /// The strongest doubt of the matches among the reasons against an estimate.
-pub(super) fn doubt(reasons: Reasons) -> Option<Reason> {
+#[must_use]
+pub fn doubt(reasons: Reasons) -> Option<Reason> {
     let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves, Reason::Axis];
     doubts.into_iter().find(|reason| reasons.contains(*reason))
 }

@@ -8,7 +8,7 @@ use stereo_selfcal::{
 
 use super::checked::Checked;
 use super::estimate::Estimate;
-use super::refused::{CountByReason, Witnesses};
+use super::refused::{CountByReason, WitnessCounts};
 use super::step::{Alone, Solved, Step, Verdict};
 use super::totals::Totals;
 use crate::data::in_f64;
@@ -99,7 +99,7 @@ impl RunLog {
             offered,
             taken,
             refused: CountByReason::new(),
-            witnessed: Witnesses::default(),
+            witnessed: WitnessCounts::default(),
             verdict,
             solved,
             alone,
@@ -123,7 +123,7 @@ impl RunLog {
     }
 
     /// Notes the results of the witnesses of the pair recorded last.
-    pub fn note_witnessed(&mut self, witnessed: Witnesses) {
+    pub fn note_witnessed(&mut self, witnessed: WitnessCounts) {
         if let Some(step) = self.steps.last_mut() {
             step.witnessed = witnessed;
         }

@@ -24,7 +24,7 @@ pub mod trace;
 pub use alone::PairSolver;
 pub use checked::{Checked, Checks};
 pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres};
-pub use estimate::{Estimate, Lens};
+pub use estimate::{Estimate, Lens, doubt};
 pub use kept_pairs::KeptPairs;
 pub use log::RunLog;
 pub use replay::{Apply, CAPACITY, Feed, Running, replay, replay_pairs, replay_within};

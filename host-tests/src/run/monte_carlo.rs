@@ -21,10 +21,10 @@ use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
 pub const CAPACITY: usize = 512;
 
 /// Fewest true matches for a bound.
-pub(super) const FEW: usize = 12;
+pub const FEW: usize = 12;
 
 /// Number of reported standard deviations above which an error is overconfident.
-pub(super) const TOO_MANY_SD: f64 = 5.0;
+pub const TOO_MANY_SD: f64 = 5.0;
 
 /// State of a run after one pair.
 #[derive(Debug, Clone, Copy)]

@@ -133,19 +133,26 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
     })
 }
 
-/// One pair through the calibrator, as on a vehicle.
-fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPair) -> RealPair {
-    let matches = frame.pair.matches.iter().map(Match::correspondence);
-    let fused = calibrator.take_pair(matches).fused.is_ok();
-    // A refused witness leaves the estimate as it was.
+/// Passes the readings and tracks of a pair on, after the pair. A refused one leaves the estimate as it was.
+pub fn push_witnessed<T: Scalar, const N: usize>(
+    calibrator: &mut Calibrator<T, N>,
+    frame: &ScenarioPair,
+) {
     for reading in &frame.witnessed.readings {
         let _ = calibrator.push_range(&ranges::in_scalar(reading));
     }
     if !frame.witnessed.tracks.is_empty() {
-        let cameras = cameras(&frame.scene).expect("those of the calibrator");
+        let cameras = cameras(&frame.scene).expect("the calibrator has them");
         let tracks = tracked::rays_of(&cameras, &frame.witnessed.tracks);
         let _ = calibrator.push_motion(&tracks);
     }
+}
+
+/// One pair through the calibrator, as on a vehicle.
+fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPair) -> RealPair {
+    let matches = frame.pair.matches.iter().map(Match::correspondence);
+    let fused = calibrator.take_pair(matches).fused.is_ok();
+    push_witnessed(calibrator, frame);
     let health = calibrator.health().ok();
     // An estimate that is not locked, or doubted, is not applied.
     let _ = calibrator.apply();

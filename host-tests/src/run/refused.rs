@@ -12,14 +12,14 @@ pub type CountByReason = BTreeMap<&'static str, usize>;
 
 /// Results of witnesses of the mount yaw, by name: taken, waiting, or the reason of the refusal.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
-pub struct Witnesses {
+pub struct WitnessCounts {
     /// Range readings.
     pub ranges: CountByReason,
     /// Sets of tracked matches.
     pub motion: CountByReason,
 }
 
-impl Witnesses {
+impl WitnessCounts {
     pub(super) fn add(&mut self, other: &Self) {
         let all = [(&mut self.ranges, &other.ranges), (&mut self.motion, &other.motion)];
         for (to, from) in all {

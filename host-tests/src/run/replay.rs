@@ -7,7 +7,7 @@ use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Outcome, Rejection
 use super::alone::PairSolver;
 use super::factory;
 use super::log::RunLog;
-use super::refused::{self, CountByReason, Witnesses};
+use super::refused::{self, CountByReason, WitnessCounts};
 use super::step::Step;
 use crate::data::ranges::{self, Ranges};
 use crate::data::tracked::{self, Track};
@@ -192,7 +192,7 @@ fn replay_pair<T: Scalar, const N: usize>(
     let Outcome { pair: report, fused } = calibrator.solve_pair();
     let outcome = report.map(|report| (report, fused)).ok_or(fused.err());
     let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
-    let mut witnessed = Witnesses::default();
+    let mut witnessed = WitnessCounts::default();
     for reading in readings {
         witnessed.note_range(calibrator.push_range(&ranges::in_scalar(reading)));
     }

@@ -7,7 +7,7 @@ use stereo_selfcal::{Extrinsics, Fused, Rejection};
 
 use super::checked::Checked;
 use super::estimate::Estimate;
-use super::refused::{CountByReason, Witnesses};
+use super::refused::{CountByReason, WitnessCounts};
 
 /// Outcome of one pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub struct Step {
     /// Correspondences refused by reason, if the run has noted it.
     pub refused: CountByReason,
     /// Results of range readings and of tracked matches, if the run had any.
-    pub witnessed: Witnesses,
+    pub witnessed: WitnessCounts,
     /// Its outcome.
     pub verdict: Verdict,
     /// The solved pair; the robust preset tracks it from the running estimate.

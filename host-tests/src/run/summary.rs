@@ -14,7 +14,7 @@ use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations, so3};
 use super::depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, behind_infinity};
 use super::estimate::{Lens, in_words};
 use super::log::RunLog;
-use super::refused::{self, CountByReason, Witnesses};
+use super::refused::{self, CountByReason, WitnessCounts};
 use crate::data::{Dataset, Match};
 use crate::stats::rms;
 
@@ -85,7 +85,7 @@ pub struct Summary {
     /// Standard deviation of the yaw in use, rad, with the lens uncertain: the error of depth is `Z^2 / b` times this.
     pub yaw_sd: Option<f64>,
     /// Results of range readings and of tracked matches.
-    pub witnesses: Witnesses,
+    pub witnesses: WitnessCounts,
     /// Share of the matches in row that are behind infinity with the extrinsics in use: 1 px of disparity or more below 0.
     pub behind_infinity: Option<f64>,
     /// Extrinsics in use after the last pair.

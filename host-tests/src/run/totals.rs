@@ -3,7 +3,7 @@
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
-use super::refused::{self, CountByReason, Witnesses};
+use super::refused::{self, CountByReason, WitnessCounts};
 use super::step::{Step, Verdict};
 
 /// Sums over pairs.
@@ -20,7 +20,7 @@ pub(super) struct Totals {
     /// Pairs not solved or not fused, by reason.
     pub(super) rejected: CountByReason,
     /// Results of the witnesses of the mount yaw.
-    pub(super) witnessed: Witnesses,
+    pub(super) witnessed: WitnessCounts,
     /// Errors of the accepted pairs as solved in the run.
     pub(super) tracked: Squares,
     /// Errors of the pairs solved alone.

@@ -7,7 +7,7 @@ use crate::data::Match;
 /// A mistake in all matches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Mistake {
-    /// The left image is taken for the right one.
+    /// Left and right are exchanged.
     Exchanged,
     /// Both images are the left one.
     Identical,

@@ -3,7 +3,7 @@
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
+use rand_distr::{Distribution, StandardNormal};
 use stereo_selfcal::depth::{Range, RangeReading};
 
 use super::scene::{Scene, SynthPair};
@@ -79,7 +79,7 @@ impl Witnessing {
 }
 
 impl Rangefinder {
-    /// Distance of the first true match, along its ray.
+    /// Distance of the first true match, along its ray; `None` without one.
     fn read(
         &self,
         scene: &Scene,
@@ -89,9 +89,10 @@ impl Rangefinder {
         let at = pair.inlier.iter().position(|is_true| *is_true)?;
         let distance = scene.point_of(pair.clean.get(at)?).norm() * self.baseline_m;
         let hit = if rng.random_bool(self.nearer) { rng.random_range(0.2..0.8) } else { 1.0 };
-        let read = Normal::new(1.0, self.sd).ok()?.sample(rng) * hit * distance;
+        let normal: f64 = StandardNormal.sample(rng);
+        let read = (1.0 + self.sd * normal) * hit * distance;
         let m = pair.matches.get(at)?;
-        Some(RangeReading {
+        (read > 0.0).then_some(RangeReading {
             pixel: [m.ul, m.vl],
             range: Range::AlongRay(read),
             sd_m: self.sd * read,
@@ -109,5 +110,54 @@ impl Motion {
         let both = pair.clean.iter().zip(&pair.matches);
         both.filter_map(|(clean, now)| Some([scene.observed(before(clean)?, now.step, rng), *now]))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::{LensErrors, Scenario, ScenarioKind, five_degrees_off};
+
+    fn scenario(witnesses: Witnesses) -> Scenario {
+        let errors: LensErrors = "a_r=0.003,k1_l=0.01,cx_l=2".parse().unwrap();
+        let mut scenario = Scenario { witnesses, ..Scenario::new(ScenarioKind::Near, 21) };
+        scenario.scene.lens_errors = errors.given;
+        scenario.scene.rig = five_degrees_off();
+        scenario
+    }
+
+    #[test]
+    fn a_point_is_seen_where_it_was_found() {
+        for frame in scenario(Witnesses::default()).frames(1).unwrap() {
+            for clean in &frame.pair.clean {
+                let seen = frame.scene.seen_at(&frame.scene.point_of(clean)).unwrap();
+                let off = seen.iter().zip(clean).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(off < 1e-6, "{seen:?} {clean:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn every_tenth_pair_has_measurements_and_the_pairs_are_those_without_them() {
+        let rangefinder = Rangefinder { baseline_m: 0.12, sd: 0.01, nearer: 0.0 };
+        let motion = Motion { travel: 4.0, turn_deg: 3.0 };
+        let both = Witnesses { rangefinder: Some(rangefinder), motion: Some(motion) };
+        let [with, without] = [both, Witnesses::default()].map(|w| scenario(w).frames(2).unwrap());
+        for (at, (with, without)) in with.zip(without).enumerate() {
+            assert_eq!(with.pair, without.pair);
+            assert_eq!(without.witnessed, Witnessed::default());
+            let Witnessed { readings, tracks } = &with.witnessed;
+            assert_eq!(
+                (readings.len(), tracks.is_empty()),
+                (usize::from(at % 10 == 0), at % 10 != 0)
+            );
+            for reading in readings {
+                let Range::AlongRay(range) = reading.range else { panic!("{reading:?}") };
+                let at =
+                    with.pair.matches.iter().position(|m| [m.ul, m.vl] == reading.pixel).unwrap();
+                let truth = 0.12 * with.scene.point_of(&with.pair.clean[at]).norm();
+                assert!((range / truth - 1.0).abs() < 0.05, "{range} {truth}");
+            }
+        }
     }
 }

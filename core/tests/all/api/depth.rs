@@ -74,7 +74,8 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
         assert!((calibrator.proposal().unwrap().lens_yaw.value - a).abs() < 6e-4, "{a}: {health}");
         let corner = (a * 960.0 * 600.0 / 1400.0).abs();
         assert!((health.corner_px - corner).abs() < 0.3, "{a}: {health}");
-        assert!(health.to_string().contains("lens: rows off by "), "{health}");
+        let named = format!("lens: rows off by {:.1} px", health.corner_px);
+        assert!(health.to_string().contains(&named), "{named}: {health}");
         // Rows alone put it into the yaw.
         let mut rows = Tested::new(Config::robust(), &made().without_yaw());
         run(&mut rows, NONE, a, 0..12);

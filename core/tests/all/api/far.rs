@@ -39,7 +39,6 @@ fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
         let health = calibrator.health().unwrap();
         let proposal = calibrator.proposal().unwrap();
         assert!(!proposal.baseline_observed && health.reasons.contains(Reason::Baseline), "{seed}");
-        assert!(health.reasons.contains(Reason::Baseline), "{}", health.reasons);
     }
     assert_eq!(calibrator.state(), State::Locked);
     let sd = calibrator.proposal().unwrap().sd;

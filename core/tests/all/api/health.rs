@@ -78,7 +78,8 @@ fn arming_says_why_not() {
     );
     fill(&mut calibrator, &scene(11));
     let health = calibrator.health().unwrap();
-    assert!(health.state == State::Suspect && !health.reasons.may_arm());
+    assert!(health.state == State::Suspect && health.reasons.contains(Reason::NotLocked));
+    assert!(!health.reasons.may_arm());
 }
 
 #[test]

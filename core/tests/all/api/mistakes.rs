@@ -321,12 +321,12 @@ fn the_same_image_under_noise_is_unknown_and_no_calibration() {
 fn a_far_scene_of_an_aligned_rig_is_not_the_same_image() {
     // Rolled by as little as 0.02 degrees, or not at all: then the depths must show it.
     for seed in 0..12 {
-        for (turn, least) in [([0.3, 0.2, 0.02], 17), ([0.0; 3], 15)] {
+        for (turn, armed) in [([0.3, 0.2, 0.02], 17..=17), ([0.0; 3], 15..=17)] {
             let truth = rig(turn, [0.1, 0.1]);
             let far = Mistake { truth, ..mistakes(seed).into_iter().next().unwrap() };
             let outcome = run(Config::robust(), &far, [1000.0, 10_000.0], seed);
             assert_eq!((outcome.locked, outcome.cause), (17, None), "{seed}");
-            assert!(outcome.armed >= least, "{seed}: {turn:?} armed {}", outcome.armed);
+            assert!(armed.contains(&outcome.armed), "{seed}: {turn:?} armed {}", outcome.armed);
         }
     }
 }

@@ -50,7 +50,7 @@ fn exact_correspondences_among_outliers_give_the_rig() {
 }
 
 #[test]
-fn a_knock_before_the_lock_takes_no_more_passes_than_configured() {
+fn a_knock_before_the_lock_takes_no_more_than_24_passes() {
     let knocked = rig([ROTATION[0] + 1.0, ROTATION[1], ROTATION[2]], BASELINE);
     let mut longest = 0;
     for seed in 0..12 {

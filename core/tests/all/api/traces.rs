@@ -1,7 +1,7 @@
 //! Traces of scripted scenes in `traces/*.txt`, pair by pair: every reported number, and the checksum of the state. A
 //! change of behaviour changes the traces; its author commits them on purpose.
 //!
-//! Update: `UPDATE_EXPECT=1 cargo test -p stereo-selfcal --test api traces`.
+//! Update: `UPDATE_EXPECT=1 cargo test -p stereo-selfcal --test all traces`.
 
 use core::fmt::{LowerExp, Write};
 

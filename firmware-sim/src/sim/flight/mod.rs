@@ -277,8 +277,8 @@ mod tests {
     }
 
     #[test]
-    fn a_rangefinder_makes_the_predicted_depth_errors_ten_times_smaller_and_near_hits_are_refused()
-    {
+    fn a_rangefinder_makes_the_predicted_depth_errors_ten_times_smaller_and_near_hits_are_held_back_or_refused()
+     {
         let depth_error = |log: &str| -> f64 {
             let line = log.lines().rfind(|line| line.contains("fused")).unwrap();
             let (before, _) = line.split_once("yes").expect("armed");

@@ -74,7 +74,9 @@ impl RunArgs {
         depths: Option<&[Vec<TrueDepth>]>,
         (mut ranges, tracks): (Ranges, Vec<Vec<Track>>),
     ) -> Result<()> {
-        ranges.extend(self.ranges()?);
+        for (pair, more) in self.ranges()? {
+            ranges.entry(pair).or_default().extend(more);
+        }
         let bar = progress::over(set.pairs.len(), "pairs");
         let feed = Feed::of(set)?;
         let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));

@@ -108,17 +108,18 @@ pub struct SynthArgs {
     #[arg(long, value_name = "D")]
     vibration: Option<f64>,
 
-    /// A rangefinder that reads every tenth pair: its standard deviation over the distance. It tells yaw from the lens. With
-    /// --out, the readings are in ranges.csv.
-    #[arg(long, value_name = "SHARE", value_parser = share)]
+    /// A rangefinder that reads every tenth pair: its standard deviation over the distance, at most 0.3. It tells yaw from
+    /// the lens. With --out, the readings are in ranges.csv.
+    #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with = "rays")]
     rangefinder: Option<f64>,
 
     /// Way of the vehicle along the optical axis between two pairs with tracked matches, every tenth pair, in baselines, and
     /// its turn, degrees. Motion tells yaw from the lens. With --out, the tracks are in quads/.
-    #[arg(long, value_parser = numbers::<f64, 2>, value_name = "LENGTHS,DEGREES", allow_hyphen_values = true)]
+    #[arg(long, value_parser = travel, value_name = "LENGTHS,DEGREES", allow_hyphen_values = true,
+          conflicts_with = "rays")]
     travel: Option<[f64; 2]>,
 
-    /// A mistake in all matches.
+    /// A mistake in all matches; readings of a rangefinder and tracks stay right.
     #[arg(long, value_enum)]
     mistake: Option<Mistake>,
 
@@ -244,14 +245,23 @@ impl SynthArgs {
     }
 }
 
-/// A share from 0.001 to 1.
+/// A share from 0.001 to 0.3.
 fn share(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|share| (0.001..=1.0).contains(share));
-    share.ok_or_else(|| "expected a share from 0.001 to 1".into())
+    let share = text.parse().ok().filter(|share| (0.001..=0.3).contains(share));
+    share.ok_or_else(|| "expected a share from 0.001 to 0.3".into())
+}
+
+/// A way of up to 1000 baselines, and a turn of up to 180 degrees.
+fn travel(text: &str) -> Result<[f64; 2], String> {
+    let found = numbers::<f64, 2>(text)?;
+    let fits = found[0].abs() <= 1000.0 && found[1].abs() <= 180.0;
+    let expected = "expected a way of up to 1000 baselines and a turn of up to 180 degrees";
+    if fits { Ok(found) } else { Err(expected.into()) }
 }
 
 /// Runs `selfcal synth`.
 pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
+    ensure!(!args.run.uses_motion(), "--motion reads the tracks of a recording: choose --travel");
     let scenario = args.scenario()?;
     let set = scenario.dataset(args.seed)?;
     if let Some(file) = &args.rays {
@@ -278,6 +288,9 @@ pub(crate) fn synth(args: &SynthArgs) -> Result<()> {
 
 /// Ranges by pair, and the tracks of each pair.
 fn witnessed(scenario: &Scenario, seed: u64) -> Result<(Ranges, Vec<Vec<Track>>)> {
+    if scenario.witnesses == Witnesses::default() {
+        return Ok((Ranges::new(), Vec::new()));
+    }
     let all = scenario.witnessed(seed)?.into_iter().enumerate();
     Ok(all.map(|(i, Witnessed { readings, tracks })| ((i, readings), tracks)).unzip())
 }

@@ -224,6 +224,49 @@ fn a_step_that_is_written_replays_as_what_is_piped() {
 }
 
 #[test]
+fn ranges_and_motion_that_are_written_replay_as_what_is_piped() {
+    let dir = tempfile::tempdir().unwrap();
+    let out = dir.path().join("scene");
+    let ranges = out.join("ranges.csv");
+    let [out, ranges] = [&out, &ranges].map(|path| path.to_str().unwrap());
+    let scene =
+        ["--pairs", "41", "--lens-error", "a_r=0.003", "--rangefinder", "0.01", "--travel", "12,0"];
+    let json = |args: &[&str]| json(&[args, &["--json"]].concat());
+    let piped = json(&[&["synth", "near"][..], &scene[..]].concat());
+    stdout(&[&["synth", "near", "--out", out][..], &scene[..]].concat());
+    let replayed = json(&["replay", out, "--ranges", ranges, "--motion"]);
+    for key in ["witnesses", "R", "t", "yaw_sd", "reasons"] {
+        assert!(!piped[key].is_null(), "{key}: {piped}");
+        assert_eq!(piped[key], replayed[key], "{key}");
+    }
+    assert!(piped["witnesses"]["ranges"]["taken"].as_u64() >= Some(3), "{piped}");
+    assert!(piped["witnesses"]["motion"]["taken"].as_u64() >= Some(3), "{piped}");
+    // Rows alone do not tell the yaw.
+    let alone = json(&["synth", "near", "--pairs", "41", "--lens-error", "a_r=0.003"]);
+    let [with, without] = [&piped, &alone].map(|run| run["yaw_sd"].as_f64().unwrap());
+    assert!(with < 0.2 * without, "{with} {without}");
+}
+
+#[test]
+fn matches_with_a_mistake_give_no_calibration() {
+    for mistake in ["exchanged", "identical"] {
+        let args = [
+            "synth",
+            "far",
+            "--pairs",
+            "20",
+            "--rotation",
+            "0.5,-0.5,0.5",
+            "--mistake",
+            mistake,
+            "--json",
+        ];
+        let why = failure(&args, 1);
+        assert!(why.contains("none of the 20 pairs could be fused"), "{mistake}: {why}");
+    }
+}
+
+#[test]
 fn mistakes_are_named() {
     let error = failure(&["replay", "no_such_set"], 1);
     assert!(error.contains("no_such_set") && error.contains("opencv_chess_sift"), "{error}");

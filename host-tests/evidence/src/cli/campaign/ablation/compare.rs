@@ -7,11 +7,14 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
+use host_tests::stats::mean;
+
 use super::AS_IT_IS;
 use super::measure::Figures;
 use super::tree::Mechanism;
 
-/// A difference counts from so many of its standard errors on: of 1,500 figures of a mechanism one in ten by chance.
+/// A difference counts from so many of its standard errors on. With 1,500 figures, chance gives such a difference in one
+/// mechanism of ten.
 const STANDARD_ERRORS: f64 = 4.0;
 
 /// A ratio of errors counts from here on.
@@ -44,16 +47,18 @@ fn read(file: &Path) -> Result<Runs> {
             continue;
         };
         if let Some(figures) = Figures::of_line(figures) {
-            runs.entry(row.to_owned()).or_default().insert(seed.parse()?, figures);
+            runs.entry(row.to_owned())
+                .or_default()
+                .insert(seed.parse().with_context(|| file.display().to_string())?, figures);
         }
     }
     Ok(runs)
 }
 
 /// Mean and its standard error.
-fn mean(values: &[f64]) -> [f64; 2] {
+fn mean_and_error(values: &[f64]) -> [f64; 2] {
     let n = f64::from(u32::try_from(values.len()).unwrap_or(u32::MAX));
-    let mean = values.iter().sum::<f64>() / n;
+    let mean = mean(values.iter().copied()).unwrap_or(f64::NAN);
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();
     [mean, (squares / (n - 1.0).max(1.0) / n).sqrt()]
 }
@@ -78,31 +83,37 @@ fn differences(off: &Runs, on: &Runs) -> Vec<Difference> {
             let apart: Vec<f64> =
                 squares.iter().map(|[a, b]| n * (a / sums[0] - b / sums[1])).collect();
             let ratio = (sums[0] / sums[1]).sqrt();
-            let [_, of_squares] = mean(&apart);
+            let [_, of_squares] = mean_and_error(&apart);
             let deviations = ratio.ln().abs() / (of_squares / 2.0).max(1e-12);
             if ratio.max(1.0 / ratio) > RATIO && deviations > STANDARD_ERRORS {
                 let values = sums.map(|sum| (sum / n).sqrt() * 1e3);
                 all.push(Difference { row: row.clone(), what, values, is_worse: ratio > 1.0 });
             }
         }
-        let parts: [Part; 5] = [
+        let has_step = both.iter().flatten().any(|figures| !figures.found.is_nan());
+        let is_found = |figures: &Figures| f64::from(u8::from(!figures.found.is_nan()));
+        let parts: [Part; 6] = [
             ("success", |figures| figures.success, SHARE, false),
             ("beyond 5 sd", |figures| figures.bad, SHARE, true),
             ("armed", |figures| figures.armed, SHARE, false),
             ("alarms", |figures| figures.alarms, SHARE, true),
+            ("found", is_found, SHARE, false),
             ("found after", |figures| figures.found, 0.5, true),
         ];
         for (what, of, least, more_is_worse) in parts {
+            if what == "found" && !has_step {
+                continue;
+            }
             let values: Vec<[f64; 2]> = both
                 .iter()
                 .map(|pair| pair.each_ref().map(of))
                 .filter(|pair| pair.iter().all(|value| value.is_finite()))
                 .collect();
             let apart: Vec<f64> = values.iter().map(|[off, on]| off - on).collect();
-            let [difference, error] = mean(&apart);
+            let [difference, error] = mean_and_error(&apart);
             let deviations = difference.abs() / error.max(1e-12);
             if difference.abs() > least && deviations > STANDARD_ERRORS {
-                let of = |k: usize| mean(&values.iter().map(|pair| pair[k]).collect::<Vec<_>>())[0];
+                let of = |k: usize| mean(values.iter().map(|pair| pair[k])).unwrap_or(f64::NAN);
                 all.push(Difference {
                     row: row.clone(),
                     what,
@@ -115,8 +126,18 @@ fn differences(off: &Runs, on: &Runs) -> Vec<Difference> {
     all
 }
 
-fn passes(runs: &Runs) -> f64 {
-    runs.values().flat_map(BTreeMap::values).map(|figures| figures.passes).sum()
+/// Passes without the mechanism over those with it, over the runs that both have.
+fn passes(off: &Runs, on: &Runs) -> f64 {
+    let [mut without, mut with] = [0.0; 2];
+    for (row, runs) in off {
+        for (seed, figures) in runs {
+            if let Some(other) = on.get(row).and_then(|on| on.get(seed)) {
+                without += figures.passes;
+                with += other.passes;
+            }
+        }
+    }
+    without / with
 }
 
 /// Strength of a difference, to name the largest ones.
@@ -149,7 +170,10 @@ pub(super) fn print(into: &Path, core: &Path, mechanisms: &[&Mechanism], rows: b
         "| mechanism | lines | thresholds | worse without it | better without it | passes |\n|---|---|---|---|---|---|"
     )?;
     for mechanism in mechanisms {
-        let Ok(off) = read(&into.join(&mechanism.name)) else { continue };
+        let Ok(off) = read(&into.join(&mechanism.name)) else {
+            writeln!(out, "| {} | not measured | | | | |", mechanism.name)?;
+            continue;
+        };
         let all = differences(&off, &on);
         let of = |is_worse: bool| -> Vec<&Difference> {
             all.iter().filter(|difference| difference.is_worse == is_worse).collect()
@@ -170,7 +194,7 @@ pub(super) fn print(into: &Path, core: &Path, mechanisms: &[&Mechanism], rows: b
             mechanism.thresholds.len(),
             cell(&worse, if rows { usize::MAX } else { 3 }),
             cell(&better, if rows { usize::MAX } else { 2 }),
-            passes(&off) / passes(&on),
+            passes(&off, &on),
         )?;
     }
     Ok(())

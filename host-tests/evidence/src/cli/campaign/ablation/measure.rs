@@ -7,9 +7,10 @@ use std::path::Path;
 use anyhow::{Context, Result};
 use host_tests::bounds::cramer_rao;
 use host_tests::data::{Dataset, Match, TurnedCamera, TurnedView, in_f64};
-use host_tests::run::monte_carlo::calibrator;
+use host_tests::run::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator};
 use host_tests::run::progress;
-use host_tests::synth::{Scenario, ScenarioKind};
+use host_tests::run::real_rigs::push_witnessed;
+use host_tests::synth::{Scenario, ScenarioKind, ScenarioPair};
 use rayon::prelude::*;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
@@ -31,10 +32,15 @@ enum Source {
     Recorded(Vec<Dataset>),
 }
 
-/// Pairs of a run with the truth of each.
-type Pairs = Vec<(Vec<Correspondence<f32>>, Extrinsics<f64>)>;
+/// A pair of a run.
+struct Pair {
+    matches: Vec<Correspondence<f32>>,
+    truth: Extrinsics<f64>,
+    /// The generated pair, with its witnesses.
+    frame: Option<ScenarioPair>,
+}
 
-/// Figures of a run, in the order of its line.
+/// Figures of one run, in the order of its line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Figures {
     /// Error of `t` and of `R` at the end, rad; NaN without an estimate.
@@ -45,7 +51,7 @@ pub(super) struct Figures {
     pub(super) bad: f64,
     /// Part of the pairs after which the rig is armed.
     pub(super) armed: f64,
-    /// Changes of the estimate before the step of a rig that turns; all of one that does not.
+    /// Changes of the estimate of a rig that has not turned; NaN for a drift.
     pub(super) alarms: f64,
     /// Pairs from the step to its detection; NaN without.
     pub(super) found: f64,
@@ -72,27 +78,31 @@ impl Row {
         Self { name, source: Source::Made(Box::new(scenario)) }
     }
 
-    fn pairs(&self, seed: u64, first: u64) -> Result<Option<Pairs>> {
+    fn pairs(&self, seed: u64, first: u64) -> Result<Option<Vec<Pair>>> {
         let all = |pair: &[Match]| pair.iter().map(Match::correspondence).collect();
         Ok(match &self.source {
             Source::Made(scenario) => {
-                let frame = |frame: host_tests::synth::ScenarioPair| {
-                    (all(&frame.pair.matches), frame.steady)
+                let frame = |frame: ScenarioPair| Pair {
+                    matches: all(&frame.pair.matches),
+                    truth: frame.steady,
+                    frame: Some(frame),
                 };
                 Some(scenario.frames(seed)?.map(frame).collect())
             }
             Source::Recorded(views) => {
                 let Some(set) = views.get(usize::try_from(seed - first)?) else { return Ok(None) };
                 let (truth, truths) = (set.truth()?, set.truths()?);
-                let of = |(i, pair): (usize, &Vec<Match>)| {
-                    (all(pair), truths.get(i).copied().unwrap_or(truth))
+                let of = |(i, pair): (usize, &Vec<Match>)| Pair {
+                    matches: all(pair),
+                    truth: truths.get(i).copied().unwrap_or(truth),
+                    frame: None,
                 };
                 Some(set.pairs.iter().enumerate().map(of).collect())
             }
         })
     }
 
-    fn calibrator(&self, seed: u64, first: u64) -> Result<Box<Calibrator<f32, 512>>> {
+    fn calibrator(&self, seed: u64, first: u64) -> Result<Box<Calibrator<f32, CAPACITY>>> {
         match &self.source {
             Source::Made(scenario) => calibrator(scenario, Config::default()),
             Source::Recorded(views) => {
@@ -103,14 +113,27 @@ impl Row {
         }
     }
 
+    fn scenario(&self) -> Option<&Scenario> {
+        match &self.source {
+            Source::Made(scenario) => Some(scenario),
+            Source::Recorded(_) => None,
+        }
+    }
+
     /// The pair from which on the rig is another one.
     fn step(&self) -> Option<usize> {
-        match &self.source {
-            Source::Made(scenario) if scenario.kind == ScenarioKind::Step => {
-                Some(scenario.turned_from())
-            }
-            _ => None,
-        }
+        let turns = |s: &&Scenario| s.kind == ScenarioKind::Step && s.turn_deg != 0.0;
+        self.scenario().filter(turns).map(Scenario::turned_from)
+    }
+
+    /// Whether the rig turns with every pair: a change of the estimate is then no false one.
+    fn drifts(&self) -> bool {
+        self.scenario().is_some_and(|s| s.kind == ScenarioKind::Drift)
+    }
+
+    /// Whether no calibration may be drawn from the matches.
+    fn must_not_lock(&self) -> bool {
+        self.name.starts_with("garbage/") || self.scenario().is_some_and(|s| s.mistake.is_some())
     }
 
     /// Cramer-Rao bound of a single pair.
@@ -122,21 +145,24 @@ impl Row {
         let frame = scenario.frames(seed)?.next().context("a scenario has pairs")?;
         let rays = frame.pair.clean_inlier_rays(&frame.scene);
         let noise = frame.scene.noise_px / frame.scene.focal;
-        Ok((rays.len() >= 12).then(|| cramer_rao(&frame.steady, rays.iter(), noise)))
+        Ok((rays.len() >= FEW).then(|| cramer_rao(&frame.steady, rays.iter(), noise)))
     }
 
     fn run(
         &self,
-        calibrator: &mut Calibrator<f32, 512>,
-        pairs: &Pairs,
+        calibrator: &mut Calibrator<f32, CAPACITY>,
+        pairs: &[Pair],
         bound: Option<Deviation<f64>>,
     ) -> Figures {
         let step = self.step();
         let count = |n: usize| u32::try_from(n).map_or(f64::NAN, f64::from);
         let [mut alarms, mut bad, mut armed, mut passes] = [0.0; 4];
         let (mut found, mut ever) = (f64::NAN, false);
-        for (at, (matches, truth)) in pairs.iter().enumerate() {
+        for (at, Pair { matches, truth, frame }) in pairs.iter().enumerate() {
             let outcome = calibrator.take_pair(matches.iter().copied());
+            if let Some(frame) = frame {
+                push_witnessed(calibrator, frame);
+            }
             passes += outcome.pair.map_or(0.0, |report| f64::from(report.passes));
             if pairs.len() > 1 {
                 let may_arm = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
@@ -158,7 +184,7 @@ impl Row {
                     (error.translation / f64::from(sd.translation))
                         .max(error.rotation / f64::from(sd.rotation))
                 });
-                if over.is_some_and(|over| over > 5.0) {
+                if over.is_some_and(|over| over > TOO_MANY_SD) {
                     bad = 1.0;
                 }
             }
@@ -166,7 +192,7 @@ impl Row {
         let end = calibrator
             .proposal()
             .zip(pairs.last())
-            .map(|(proposal, (_, truth))| Deviation::between(&in_f64(&proposal.extrinsics), truth));
+            .map(|(proposal, last)| Deviation::between(&in_f64(&proposal.extrinsics), &last.truth));
         let error = end.map_or([f64::NAN; 2], |e| [e.translation, e.rotation]);
         let mut success = calibrator.state() == State::Locked;
         if pairs.len() == 1 {
@@ -177,10 +203,11 @@ impl Row {
             };
             success = end.is_some_and(within);
             bad = f64::from(u8::from(end.is_some() && !success));
-        } else if self.name.starts_with("garbage") {
+        } else if self.must_not_lock() {
             success = !ever;
         }
         let success = f64::from(u8::from(success));
+        let alarms = if self.drifts() { f64::NAN } else { alarms };
         // A single pair that fails ends at another optimum: it counts as a failure only.
         let error = if pairs.len() == 1 && success == 0.0 { [f64::NAN; 2] } else { error };
         Figures { error, success, bad, armed, alarms, found, passes }
@@ -248,10 +275,12 @@ pub(super) fn measure(
     for (_, name) in names {
         files.push(File::options().append(true).create(true).open(into.join(name))?);
     }
-    let bar = progress::over(rows.len(), "rows");
+    let count = |row: &Row| if row.name.starts_with("single") { seeds[0] } else { seeds[1] };
+    let all: u64 = rows.iter().map(count).sum();
+    let bar = progress::over(usize::try_from(all)?, "runs of all mechanisms");
     for row in &rows {
         bar.set_message(row.name.clone());
-        let count = if row.name.starts_with("single") { seeds[0] } else { seeds[1] };
+        let count = count(row);
         let first = 9_000_000;
         let last = format!("{};{};", row.name, first + count);
         let due: Vec<usize> = (0..names.len())
@@ -267,12 +296,12 @@ pub(super) fn measure(
             Ok(Some(due.iter().map(run).collect::<Result<_>>()?))
         };
         if due.is_empty() {
-            bar.inc(1);
+            bar.inc(count);
             continue;
         }
         let runs: Vec<_> = (first..first + count)
             .into_par_iter()
-            .map(|seed| Ok((seed, of_seed(seed)?)))
+            .map(|seed| Ok((seed, of_seed(seed).inspect(|_| bar.inc(1))?)))
             .collect::<Result<_>>()?;
         for (i, &k) in due.iter().enumerate() {
             let file = &mut files[k];
@@ -284,7 +313,6 @@ pub(super) fn measure(
             // Tells that the row is complete.
             writeln!(file, "{last}")?;
         }
-        bar.inc(1);
     }
     bar.finish_and_clear();
     Ok(())

@@ -7,7 +7,7 @@ mod tree;
 use std::path::Path;
 use std::process::Command;
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Parser;
 
 use tree::{Mechanism, copy, mechanisms};
@@ -19,21 +19,21 @@ const AS_IT_IS: &str = "as it is";
 /// `campaign single`, `fused`, `real`, `steps`, `garbage`, and the recorded sets from 13 views.
 ///
 /// Works on a copy of the tree in target/ablation, built once: there each mechanism has a switch. Runs that are finished
-/// are not run again on the same commit. Prints a row of markdown a mechanism.
+/// are not run again for the same code. Prints a row of markdown a mechanism.
 #[derive(Debug, Parser)]
 #[command(version)]
 pub struct Ablation {
-    /// Runs of each row of more than one pair.
-    #[arg(long, default_value_t = 48)]
+    /// Runs of each row of more than one pair; a recorded set has 13 views.
+    #[arg(long, default_value_t = 48, value_name = "N", value_parser = clap::value_parser!(u64).range(13..))]
     trials: u64,
 
     /// Runs of each row of single pairs.
-    #[arg(long, default_value_t = 400)]
+    #[arg(long, default_value_t = 400, value_name = "N", value_parser = clap::value_parser!(u64).range(4..))]
     single_trials: u64,
 
     /// Pairs of a run at most: longer ones add little but their mean.
-    #[arg(long, default_value_t = 60)]
-    pairs: usize,
+    #[arg(long, default_value_t = 60, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pairs: u16,
 
     /// Mechanisms whose name begins so; default all.
     #[arg(long, value_name = "PREFIX", num_args = 1..)]
@@ -43,11 +43,11 @@ pub struct Ablation {
     #[arg(long)]
     rows: bool,
 
-    /// Print what the runs so far say.
+    /// Print the table of the runs so far.
     #[arg(long)]
     table: bool,
 
-    /// Measure: what the copy does.
+    /// Measure; the copy of the tree calls it.
     #[arg(long, hide = true, value_name = "DIR")]
     into: Option<std::path::PathBuf>,
 }
@@ -67,22 +67,20 @@ impl Ablation {
                 || self.only.iter().any(|prefix| mechanism.name.starts_with(prefix))
         };
         let chosen: Vec<&Mechanism> = all.iter().filter(chosen).collect();
+        ensure!(!chosen.is_empty(), "no mechanism begins with {}", self.only.join(" or "));
         let seeds = [self.single_trials, self.trials];
         if let Some(into) = &self.into {
             let mut names: Vec<(usize, String)> =
                 chosen.iter().map(|mechanism| (mechanism.number, mechanism.name.clone())).collect();
             names.push((usize::MAX, AS_IT_IS.into()));
-            return measure::measure(into, &names, seeds, self.pairs, switch);
+            return measure::measure(into, &names, seeds, self.pairs.into(), switch);
         }
         let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
-        let of_commit = Command::new("git")
-            .args(["rev-parse", "--short", "HEAD:core/src"])
-            .current_dir(&root)
-            .output()?;
         let place = root.join("target/ablation");
-        let into = place.join(String::from_utf8(of_commit.stdout)?.trim());
+        let digest = copy(&root, &place.join("tree"), &all)?;
+        // Other code, other mechanisms or other lengths are other runs.
+        let into = place.join(format!("{digest}-{}", self.pairs));
         if !self.table {
-            copy(&root, &place.join("tree"), &all)?;
             let status = Command::new("cargo")
                 .args([
                     "run",
@@ -100,7 +98,8 @@ impl Ablation {
                 .arg(&into)
                 .env("CARGO_TARGET_DIR", place.join("build"))
                 .current_dir(place.join("tree"))
-                .status()?;
+                .status()
+                .context("cannot start cargo")?;
             ensure!(status.success(), "the copy in {} failed", place.display());
         }
         compare::print(&into, &root.join("core/src"), &chosen, self.rows)

@@ -2,11 +2,14 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io;
 use std::ops::Range;
 use std::path::Path;
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+
+use crate::cache::digest;
 
 /// The list.
 const MECHANISMS: &str = include_str!("mechanisms.txt");
@@ -56,8 +59,11 @@ pub(super) fn mechanisms() -> Result<Vec<Mechanism>> {
     Ok(all)
 }
 
-/// Copies the tree, and makes a switch of every edit.
-pub(super) fn copy(root: &Path, tree: &Path, mechanisms: &[Mechanism]) -> Result<()> {
+/// Files of the core with a switch for every edit: names below core/src, and texts.
+///
+/// # Errors
+/// Names the mechanism whose text is not found once.
+fn edited(root: &Path, mechanisms: &[Mechanism]) -> Result<Vec<(String, String)>> {
     let mut edited: Vec<(String, String)> = Vec::new();
     for mechanism in mechanisms {
         for [file, from, to] in &mechanism.edits {
@@ -76,6 +82,12 @@ pub(super) fn copy(root: &Path, tree: &Path, mechanisms: &[Mechanism]) -> Result
             text.replace_range(at, &with);
         }
     }
+    Ok(edited)
+}
+
+/// Copies the tree with a switch for every edit. Returns the digest of its code.
+pub(super) fn copy(root: &Path, tree: &Path, mechanisms: &[Mechanism]) -> Result<String> {
+    let mut edited = edited(root, mechanisms)?;
     let lib = fs::read_to_string(root.join("core/src/lib.rs"))?;
     edited.push(("lib.rs".into(), format!("{lib}\npub mod ablation;\n")));
     edited.push(("ablation.rs".into(), SWITCH.into()));
@@ -88,7 +100,9 @@ pub(super) fn copy(root: &Path, tree: &Path, mechanisms: &[Mechanism]) -> Result
     let listed = Command::new("git")
         .args(["ls-files", "--cached", "--others", "--exclude-standard"])
         .current_dir(root)
-        .output()?;
+        .output()
+        .context("cannot start git")?;
+    ensure!(listed.status.success(), "git ls-files fails in {}", root.display());
     for file in String::from_utf8(listed.stdout)?.lines().filter(|file| root.join(file).is_file()) {
         files.insert(file.to_owned(), fs::read(root.join(file))?);
     }
@@ -96,21 +110,30 @@ pub(super) fn copy(root: &Path, tree: &Path, mechanisms: &[Mechanism]) -> Result
         files.insert(format!("core/src/{file}"), text.into_bytes());
     }
     files.insert(own.to_owned(), text.replace(body, with).into_bytes());
+    let mut all = Vec::new();
     for (file, content) in files {
-        write_if_other(&tree.join(file), &content)?;
+        let to = tree.join(&file);
+        write_if_other(&to, &content).with_context(|| format!("cannot write {}", to.display()))?;
+        let is_code = ["rs", "toml", "lock", "txt"]
+            .iter()
+            .any(|end| to.extension().is_some_and(|e| e == *end));
+        if is_code {
+            all.extend(file.into_bytes());
+            all.extend(content);
+        }
     }
-    Ok(())
+    Ok(digest(&all))
 }
 
-/// Writes a file that is not so already: a build takes what is older as it was.
-fn write_if_other(to: &Path, content: &[u8]) -> Result<()> {
+/// Writes a file only if its content differs, so that cargo does not build it again.
+fn write_if_other(to: &Path, content: &[u8]) -> io::Result<()> {
     if fs::read(to).is_ok_and(|old| old == content) {
         return Ok(());
     }
     if let Some(folder) = to.parent() {
         fs::create_dir_all(folder)?;
     }
-    Ok(fs::write(to, content)?)
+    fs::write(to, content)
 }
 
 /// Place of an expression; white space of any length is alike.
@@ -156,5 +179,31 @@ impl Mechanism {
             lines += 2 + after.take_while(|line| !is_end(line)).filter(code).count();
         }
         Ok(lines)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_text_of_the_list_stands_once_in_the_core() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+        let all = mechanisms().unwrap();
+        assert!(all.len() > 60);
+        edited(&root, &all).unwrap();
+        let thresholds = ["thresholds.rs", "thresholds/pair.rs", "thresholds/paper.rs"]
+            .map(|file| fs::read_to_string(root.join("core/src").join(file)).unwrap())
+            .concat();
+        for mechanism in &all {
+            mechanism.lines(&root.join("core/src")).unwrap();
+            for name in &mechanism.thresholds {
+                assert!(
+                    thresholds.contains(&format!("const {name}:")),
+                    "{}: {name}",
+                    mechanism.name
+                );
+            }
+        }
     }
 }
