@@ -17,10 +17,11 @@ use crate::config::Config;
 use crate::depth::mount::MountYaw;
 use crate::error::{ApplyError, PushError, Rejection};
 use crate::geometry::lens_correction::CorrectedExtrinsics;
-use crate::outcome::cause::{Causes, Relief};
+use crate::outcome::cause::Causes;
 use crate::outcome::health::{Health, LastPair, NoHealth};
 use crate::outcome::pair_report::Outcome;
 use crate::outcome::proposal::Proposal;
+use crate::outcome::relief::Relief;
 use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -220,7 +221,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let screen = screen.max(T::lit(SCREEN_NOISES) * noise);
         let rows = noise * T::lit(DIFFERENCE_VARIANCE).sqrt();
         let rays = self.estimator.correction();
-        let alike = self.batch.is_moved_alike() && !self.relief.is_shown;
+        let alike = self.batch.is_moved_alike() && !self.relief.is_shown();
         let of_estimate = || proposal.cause(&self.config.lens_prior, rows, alike);
         let last = LastPair {
             rejection: self.rejection,

@@ -323,8 +323,7 @@ pub(crate) const SAME_SHARE: f64 = 0.3;
 /// takes a copy for a measurement; a smaller one takes a scene at rest under little noise for a copy.
 pub(crate) const COPIED_SHARE: f64 = 0.9;
 
-// A cause is named once one in so many pairs without agreement shows it; every sixth pair tries a turned baseline. A
-// larger number names chance; a smaller one names nothing.
+// Outcome.
 
 /// A cause is named once one in so many pairs without agreement shows it; every sixth pair tries a turned baseline. A
 /// larger number names chance; a smaller one names nothing.
@@ -334,10 +333,12 @@ pub(crate) const CAUSE_SHARE: u32 = 8;
 /// limit arms with a wrong lens; a smaller one disarms with a poorly calibrated one.
 pub(crate) const GROSS_LENS: f64 = 4.0;
 
-/// Deviations by which disparities of matches with a common motion must scatter more than rows, over all pairs, to
-/// prove depth. A larger limit disarms a far scene for longer; a smaller one arms by chance with one image on both
-/// sides.
+/// Test for depth among matches with a common motion: deviations of chance, and share of the matches, that their scores
+/// must exceed together; and matches that a restart keeps. Larger limits disarm a far scene for longer; smaller ones arm
+/// with one image on both sides, by chance or by mismatches along rows.
 pub(crate) const RELIEF_SHOWN: f64 = 5.0;
+pub(crate) const RELIEF_SHARE: f64 = 0.05;
+pub(crate) const RELIEF_KEPT: f64 = 200.0;
 
 /// Largest difference of the motion between both images of two matches with a common motion, px. A larger limit takes a
 /// far scene for one image; a smaller one misses one image under noise.

@@ -12,16 +12,15 @@ pub(super) struct Shift<T> {
     at: [T; 2],
     /// Matches with this motion less others, since this motion became the candidate.
     pub(super) excess: u32,
-    /// Matches with this motion.
-    count: u32,
-    /// Sums of their differences from it along columns and rows, px, and of the squares.
-    sums: [T; 2],
-    squares: [T; 2],
+    /// Difference of the last match with this motion from it, px.
+    last: [T; 2],
+    /// Sum of the scores of these differences from match to match, [`score`], and their number.
+    scores: [T; 2],
 }
 
 impl<T: Scalar> Shift<T> {
     pub(super) const NONE: Self =
-        Self { at: [T::ZERO; 2], excess: 0, count: 0, sums: [T::ZERO; 2], squares: [T::ZERO; 2] };
+        Self { at: [T::ZERO; 2], excess: 0, last: [T::ZERO; 2], scores: [T::ZERO; 2] };
 
     /// Counts a match for the motion or against it.
     pub(super) fn add(&mut self, c: &Correspondence<T>) {
@@ -33,20 +32,24 @@ impl<T: Scalar> Shift<T> {
         let [x, y] = [moved[0] - self.at[0], moved[1] - self.at[1]];
         if x.abs().max(y.abs()) <= T::lit(ALIKE_PX) {
             self.excess = self.excess.saturating_add(1);
-            self.count = self.count.saturating_add(1);
-            self.sums = [self.sums[0] + x, self.sums[1] + y];
-            self.squares = [self.squares[0] + x * x, self.squares[1] + y * y];
+            let [sum, number] = self.scores;
+            self.scores = [sum + score([x - self.last[0], y - self.last[1]]), number + T::ONE];
+            self.last = [x, y];
         } else {
             self.excess -= 1;
         }
     }
 
-    /// Excess scatter along rows of the matches with this motion: the difference of both sums of squares about their
-    /// means, and its variance if both are noise. Only depth makes the difference positive.
+    /// Sum of the scores of the matches with this motion, and their number.
     pub(super) fn spread(&self) -> [T; 2] {
-        let n = T::count(self.count.max(1));
-        let ([x, y], [xx, yy]) = (self.sums, self.squares);
-        let [along, across] = [xx - x * x / n, yy - y * y / n];
-        [along - across, (along * along + across * across) * T::lit(2.0) / n]
+        self.scores
     }
+}
+
+/// Cosine of twice the angle between a difference and the rows of the image: 1 along rows, -1 across them. Noise alone has
+/// the mean 0 and the variance 1/2; depth makes it positive; no match weighs more than 1.
+fn score<T: Scalar>([along, across]: [T; 2]) -> T {
+    let [xx, yy] = [along * along, across * across];
+    let all = xx + yy;
+    if all > T::ZERO { (xx - yy) / all } else { T::ZERO }
 }

@@ -110,7 +110,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let context = self.estimator.context(&self.config, &self.factory);
         let fused = self.estimator.fuse(&context);
         self.rejection = fused.err();
-        if fused.is_ok() && self.batch.is_moved_alike() {
+        if fused.is_ok() && !self.estimator.is_repeated() && self.batch.is_moved_alike() {
             self.relief.add(self.batch.spread());
         }
         match self.batch.cause().filter(|_| fused.is_ok()) {

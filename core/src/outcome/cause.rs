@@ -1,8 +1,7 @@
 //! The likeliest mistake in rig file or matcher, judged by pairs and matches.
 
 use crate::error::Rejection;
-use crate::scalar::Scalar;
-use crate::thresholds::{CAUSE_SHARE, MIN_AGREED, RELIEF_SHOWN};
+use crate::thresholds::{CAUSE_SHARE, MIN_AGREED};
 
 /// A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -83,27 +82,6 @@ impl Causes {
         let found = Cause::ALL.into_iter().zip(self.pairs).filter(enough);
         let found = found.max_by_key(|of| rank(*of)).map(|(cause, _)| cause);
         found.filter(|_| pairs > u32::from(MIN_AGREED))
-    }
-}
-
-/// Whether matches that are all moved alike have shown depth: over the fused pairs, disparities scatter more than rows. A
-/// far scene shows this before it shows a baseline direction; the same image on both sides never does.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Relief<T> {
-    /// Sum of the differences of both scatters, px^2, and its variance by noise alone.
-    sums: [T; 2],
-    pub(crate) is_shown: bool,
-}
-
-impl<T: Scalar> Relief<T> {
-    pub(crate) const NONE: Self = Self { sums: [T::ZERO; 2], is_shown: false };
-
-    /// Adds a pair: difference and variance.
-    pub(crate) fn add(&mut self, [difference, variance]: [T; 2]) {
-        let [sum, variances] = &mut self.sums;
-        *sum += difference;
-        *variances += variance;
-        self.is_shown |= *sum > variances.sqrt() * T::lit(RELIEF_SHOWN);
     }
 }
 

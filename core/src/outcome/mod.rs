@@ -6,6 +6,7 @@ pub(crate) mod lens_estimate;
 pub(crate) mod pair_report;
 pub(crate) mod proposal;
 pub(crate) mod reasons;
+pub(crate) mod relief;
 mod robust_rms;
 pub(crate) mod vibration;
 

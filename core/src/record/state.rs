@@ -24,6 +24,7 @@ use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3;
+use crate::outcome::relief::Relief;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_NOISE_PX, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD};
 
@@ -117,7 +118,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.generation = found.generation.wrapping_add(changed.into());
         (self.in_use, self.before) = (found.in_use, found.before);
         (self.frozen, self.corrected) = (found.is_frozen, found.corrected);
-        self.relief.is_shown = found.has_relief;
+        self.relief = Relief::kept(found.has_relief);
         Ok(())
     }
 
@@ -129,7 +130,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             (prior.is_some(), ESTIMATE),
             (self.before.is_some(), BEFORE),
             (self.frozen, FROZEN),
-            (self.relief.is_shown, RELIEF),
+            (self.relief.is_shown(), RELIEF),
         ];
         let flags = flags.into_iter().chain(mount_flags.into_iter().zip(MOUNT));
         let flags = flags.fold(0, |all, (is_set, bit)| if is_set { all | bit } else { all });

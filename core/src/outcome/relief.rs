@@ -1,0 +1,76 @@
+//! Depth in scenes whose matches are all moved alike: a far scene shows it before it shows a baseline direction, and the same
+//! image on both sides does not (`ESTIMATOR.md`, section 16).
+
+use crate::scalar::Scalar;
+use crate::thresholds::{LONG_DECAY, RELIEF_KEPT, RELIEF_SHARE, RELIEF_SHOWN};
+
+/// A test over the last pairs: whether the motions of their matches differ more along rows than across them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Relief<T> {
+    /// Sum of the scores of the matches, each between -1 (across rows) and 1 (along them), faded.
+    excess: T,
+    /// Their number, faded.
+    matches: T,
+}
+
+impl<T: Scalar> Relief<T> {
+    pub(crate) const NONE: Self = Self { excess: T::ZERO, matches: T::ZERO };
+
+    /// Adds a pair: sum of the scores of its matches, and their number.
+    pub(crate) fn add(&mut self, [excess, matches]: [T; 2]) {
+        let decay = T::lit(LONG_DECAY);
+        self.excess = self.excess * decay + excess;
+        self.matches = self.matches * decay + matches;
+    }
+
+    /// Whether chance does not explain the excess, nor a small share of mismatches along rows.
+    pub(crate) fn is_shown(&self) -> bool {
+        let by_chance = T::lit(RELIEF_SHOWN) * (self.matches * T::HALF).sqrt();
+        self.excess > by_chance.max(T::lit(RELIEF_SHARE) * self.matches)
+    }
+
+    /// As after a restart: shown by few matches, so that some pairs without depth take it back.
+    pub(crate) fn kept(is_shown: bool) -> Self {
+        if !is_shown {
+            return Self::NONE;
+        }
+        let matches = T::lit(RELIEF_KEPT);
+        Self { excess: matches, matches }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_excess_beyond_chance_is_shown_and_fades_without_more() {
+        let mut relief = Relief::<f32>::NONE;
+        assert!(!relief.is_shown());
+        relief.add([55.0, 250.0]);
+        assert!(!relief.is_shown());
+        relief.add([42.0, 250.0]);
+        assert!(relief.is_shown());
+        // Noise alone from here on.
+        let pairs = (1..100).find(|_| {
+            relief.add([0.0, 250.0]);
+            !relief.is_shown()
+        });
+        assert!(pairs.is_some_and(|pairs| pairs < 10), "{pairs:?}");
+    }
+
+    #[test]
+    fn mismatches_along_rows_are_not_depth_however_many_pairs_have_them() {
+        let mut relief = Relief::<f64>::NONE;
+        (0..1000).for_each(|_| relief.add([0.04 * 250.0, 250.0]));
+        assert!(!relief.is_shown());
+    }
+
+    #[test]
+    fn a_restart_keeps_it_until_pairs_take_it_back() {
+        let mut kept = Relief::<f32>::kept(true);
+        assert!(kept.is_shown() && !Relief::<f32>::kept(false).is_shown());
+        (0..12).for_each(|_| kept.add([0.0, 250.0]));
+        assert!(!kept.is_shown());
+    }
+}
