@@ -31,7 +31,7 @@ use step::Step;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
 ///
-/// The same correspondences in the same order give the same bits. No heap, no clock, no I/O. Every call takes at most one
+/// The same correspondences in the same order give the same bits. No heap, no clock, no I/O. A call takes at most one
 /// pass over the batch, except [`Calibrator::take_pair`] and [`Calibrator::solve_pair`], which take all of them.
 ///
 /// The batch holds the correspondences of one pair: those pushed since the last pair ended. A pair ends with its outcome,

@@ -3,6 +3,8 @@
 mod context;
 mod lens_prior;
 mod lens_tracking;
+#[cfg(feature = "paper")]
+pub(crate) mod paper;
 
 pub(crate) use context::Context;
 pub use lens_prior::LensPrior;
@@ -137,7 +139,7 @@ impl Config {
     /// Robust preset: 24 in all; a search in good data takes 9 to 12, a track 4.
     ///
     /// The robust preset counts the evaluation, and takes up to 9 passes where the limit is lower: a few for each estimate
-    /// that the pair is compared with. Below 16 the search does not try a turned baseline before the first lock.
+    /// that the pair is compared with. Below 20 no turned baseline is tried before the first lock.
     ///
     /// This bounds the time of a pair. With fewer passes a solve may stop before the optimum; the report says so.
     ///

@@ -1,4 +1,5 @@
-//! One small enum per operation. No error changes the extrinsics in use; [`crate::Calibrator::advance_pair`] says which
+//! One small enum per operation. No error changes the extrinsics in use, but for that of
+//! [`crate::Calibrator::restore`], which leaves the factory calibration. [`crate::Calibrator::advance_pair`] says which
 //! rejected pairs count against the estimate.
 
 use thiserror::Error;
@@ -147,8 +148,8 @@ pub enum RangeError {
     /// No match near the pixel fits the estimate.
     #[error("no match near the pixel fits the estimate")]
     NoMatch,
-    /// The reading contradicts mount and lens by more than both can be wrong: the sensor has seen another point, or its scale
-    /// is wrong.
+    /// The lens would have to be off by more than three deviations of its prior: the sensor has seen another point, or its
+    /// scale is wrong.
     #[error("reading contradicts mount and lens")]
     Contradicts,
 }
@@ -167,7 +168,7 @@ pub enum MotionError {
     /// They agree on no motion, or on one that does not tell yaw: the rig rests, or only turns.
     #[error("no motion that tells yaw")]
     NoMotion,
-    /// They contradict mount and lens by more than both can be wrong.
+    /// The lens would have to be off by more than three deviations of its prior.
     #[error("motion contradicts mount and lens")]
     Contradicts,
 }
@@ -177,7 +178,7 @@ pub enum MotionError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum PushError {
-    /// A pair is being solved: finish it or clear it first.
+    /// A pair is being solved: finish it or discard it first.
     #[error("a pair is being solved")]
     Busy,
     /// A pixel has no ray.

@@ -26,7 +26,7 @@
 //!
 //! The root has the names of a firmware. [`geometry`] has lens models, rectification and rotations, [`batch`] the
 //! correspondences that are held, [`outcome`] parts of the results, [`depth`] the witnesses of a known distance and of a
-//! motion.
+//! motion, [`link`] the matcher, [`store`] the flash; `paper` the published method.
 //!
 //! # Example
 //!
@@ -68,7 +68,7 @@
 //! # Errors and actions
 //!
 //! Every error is a small `Copy` enum, one per operation, with `Display`, [`core::error::Error`] and a number `code()`, one
-//! for each remedy. No error changes the extrinsics in use.
+//! for each remedy. No error changes the extrinsics in use, but for that of [`Calibrator::restore`].
 //!
 //! | error | of | action |
 //! |---|---|---|
@@ -100,12 +100,12 @@
 //! | decode and [`Calibrator::push`] | 600 in the mean, 1,700; 7,000 with all matches in one place | one a match |
 //! | [`Calibrator::advance_pair`], the first one | 70,000 | one a pair |
 //! | [`Calibrator::advance_pair`], a pass | 120,000; in a track 34,000 | 2 in a track, in a search up to [`Config::with_max_passes`] |
-//! | [`Calibrator::advance_pair`], the last pass | 160,000 | one a pair |
+//! | [`Calibrator::advance_pair`], the last pass | 144,000 | one a pair |
 //! | [`Calibrator::advance_pair`], the fusion | 130,000 | one a pair |
 //! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
-//! * Locked, a frame of 1,000 matches takes 0.76 million from its first byte to its outcome: 0.45 million to decode and
-//!   select, 0.31 million for the pair. While acquiring 1.84 million; a batch of mismatches alone, 1.22 million for the
+//! * Locked, a frame of 1,000 matches takes 0.79 million from its first byte to its outcome: 0.49 million to decode and
+//!   select, 0.30 million for the pair. While acquiring 1.69 million; a batch of mismatches alone, 1.22 million for the
 //!   pair.
 //! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice. The
 //!   result equals that of [`Calibrator::solve_pair`], bit for bit.

@@ -57,10 +57,6 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     #[must_use]
     fn bits(self) -> u64;
 
-    /// The number of this representation; bits above it are ignored.
-    #[must_use]
-    fn from_bits(bits: u64) -> Self;
-
     /// How often `first`, a normal number above 0, doubles until it exceeds this number, whatever its sign; more than 100
     /// times for NaN.
     #[must_use]
@@ -73,7 +69,7 @@ macro_rules! inverses {
 }
 
 macro_rules! scalar {
-    ($t:ident, $bits:ident, $signed:ident, $bytes:literal) => {
+    ($t:ident, $signed:ident, $bytes:literal) => {
         #[expect(clippy::as_conversions, reason = "rounding and truncation are meant")]
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
         #[allow(
@@ -123,10 +119,6 @@ macro_rules! scalar {
             fn bits(self) -> u64 {
                 self.to_bits().into()
             }
-            #[inline]
-            fn from_bits(bits: u64) -> Self {
-                Self::from_bits(bits as $bits)
-            }
             // Numbers above 0 are in the order of their bits, and a doubling adds 1 to the exponent.
             #[inline]
             fn doublings_of(self, first: Self) -> usize {
@@ -137,5 +129,5 @@ macro_rules! scalar {
     };
 }
 
-scalar!(f32, u32, i32, 4);
-scalar!(f64, u64, i64, 8);
+scalar!(f32, i32, 4);
+scalar!(f64, i64, 8);

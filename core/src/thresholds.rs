@@ -283,9 +283,9 @@ pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 /// share of outliers. A larger limit locks on a wrong baseline that fits some of the matches; a smaller one costs time.
 pub(crate) const OPEN_COST: f64 = 0.4;
 
-/// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs that the short one counts as
-/// when it replaces older ones, and pairs that the share of a crowd is a mean of. Larger factors see small changes later;
-/// smaller ones forget.
+/// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs of the short one: it counts as
+/// so many when it replaces older ones, and the share of a crowd is a mean of so many. Larger factors see small changes
+/// later; smaller ones forget.
 pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;

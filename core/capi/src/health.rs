@@ -203,7 +203,7 @@ impl From<&Health<f32>> for selfcal_health_t {
             yaw_rad: health.yaw,
             corner_px: health.corner_px,
             rejection: health.rejection.map_or(SELFCAL_OK, Into::into),
-            may_arm: health.reasons.may_arm(),
+            may_arm: health.may_arm(),
             reasons: bits(health.reasons),
             cause: health.cause.into(),
         }

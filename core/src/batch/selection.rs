@@ -141,7 +141,8 @@ impl<const N: usize> Selection<N> {
         (self.most, self.fullest, self.fullest_with_lowest) = (0, CellSet::NONE, None);
     }
 
-    /// Member that a new correspondence replaces; or the new one itself, if it has the lowest priority.
+    /// Member that may give way to a new correspondence, [`Eviction::is_replaced_by`]: the lowest one of the fullest cells,
+    /// that of the new correspondence counted with it.
     ///
     /// * `new`: cell of the new correspondence.
     /// * `pairs`: correspondences of the full batch.
@@ -184,7 +185,7 @@ impl<const N: usize> Selection<N> {
             self.raise(cell);
             self.lower(old.cell);
         }
-        // If it was another of the fullest cells, the lowest member has risen.
+        // The lowest member of that cell has left.
         if self.fullest_with_lowest == Some(old.cell) {
             self.fullest_with_lowest = None;
         }

@@ -27,8 +27,8 @@ pub(crate) struct MountYaw<T> {
     changed: bool,
     /// Estimate before the sums; `None`: the prior of the configuration.
     known: Option<YawEstimate<T>>,
-    /// Measurements by witnesses in agreement with it, one after the other, up to [`WITNESS_SUPPORT`]. Not part of the
-    /// record.
+    /// Measurements by witnesses in agreement with it, one after the other, up to [`WITNESS_SUPPORT`]. After a restart
+    /// so many, if there were any.
     support: u8,
     /// Measurements by witnesses that contradict it.
     waiting: Option<Measurements<T>>,
@@ -76,7 +76,7 @@ impl<T: Scalar> EarlierRows<T> {
 pub enum Witnessed {
     /// It is part of the estimate.
     Taken,
-    /// It contradicts the yaw so far; the next one decides.
+    /// It contradicts the yaw so far, and waits for others that agree with it.
     Waiting,
 }
 
@@ -167,8 +167,14 @@ impl<T: Scalar> MountYaw<T> {
         (self.support, self.waiting) = (0, None);
     }
 
+    /// The sums of the pairs are dropped, and the estimate stays: rays may have changed.
+    pub(crate) fn forget_pairs(&mut self) {
+        self.forget_earlier();
+        self.waiting = None;
+    }
+
     /// Forgets the earlier rows.
-    pub(crate) fn forget_earlier(&mut self) {
+    fn forget_earlier(&mut self) {
         self.earlier = EarlierRows::NONE;
     }
 
@@ -285,7 +291,8 @@ impl<T: Scalar> MountYaw<T> {
         let known = YawEstimate::of([a, b, c, d, e])?;
         let is_in_range = (T::ZERO..=T::ONE).contains(&claimed) && (is_known || !changed);
         let known = Some(known).filter(|_| is_known);
-        is_in_range.then_some(Self { claimed, refuted, changed, known, ..Self::UNKNOWN })
+        let support = if claimed < T::ONE { WITNESS_SUPPORT } else { 0 };
+        is_in_range.then_some(Self { claimed, refuted, changed, known, support, ..Self::UNKNOWN })
     }
 
     /// Takes the knowledge of a record, but keeps whether a calibration measured the factory extrinsics.
@@ -308,7 +315,7 @@ fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
     !(off * off <= T::lit(LENS_FOUND * LENS_FOUND) * variance)
 }
 
-texts! { Witnessed { Taken = "taken", Waiting = "waiting for a second one" } }
+texts! { Witnessed { Taken = "taken", Waiting = "waiting for others that agree" } }
 codes! { Witnessed { Taken = 0, Waiting = 1 } }
 
 #[cfg(test)]

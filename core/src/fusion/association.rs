@@ -18,6 +18,10 @@ use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{CLEARLY_BETTER, FEW, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
 
+/// Passes after a search with the baseline turned: a comparison, a track of the challenger with its evaluation, and a search
+/// of as many.
+const AFTER_TURNED: u16 = 2 * TRACK_PASSES + 2;
+
 /// Stage of an association.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Stage {
@@ -108,7 +112,8 @@ impl<T: Scalar> Association<T> {
         self.rejected = Rejected::default();
         self.seen = seen;
         self.passes = 0;
-        match turn.filter(|_| with.leaves_open(pairs)) {
+        let is_affordable = with.context.config.max_passes >= 2 * AFTER_TURNED;
+        match turn.filter(|_| is_affordable && with.leaves_open(pairs)) {
             Some(turn) => self.enter(Stage::Turned(turn), with, pairs.len()),
             None => self.enter(Stage::Champion, with, pairs.len()),
         }
@@ -120,8 +125,7 @@ impl<T: Scalar> Association<T> {
         if let Stage::Turned(turn) = stage {
             self.stage = stage;
             let start = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
-            // A comparison, a track of the challenger, and a search of as many passes as a track may follow.
-            self.search(with, pairs, start, 2 * TRACK_PASSES + 2);
+            self.search(with, pairs, start, AFTER_TURNED);
             return;
         }
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());

@@ -84,7 +84,7 @@ impl<T: Scalar> Fusion<T> {
 
     fn forget_pairs(&mut self) {
         self.hypotheses.clear();
-        self.mount.forget_earlier();
+        self.mount.forget_pairs();
         self.scene.clear();
         self.reference = LensReference::GIVEN;
         self.association.close();

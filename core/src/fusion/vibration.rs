@@ -232,8 +232,6 @@ struct PairOptimum<T: Scalar> {
     covariance: Symmetric5<T>,
 }
 
-impl<T: Scalar> PairOptimum<T> {}
-
 /// A vibration without its samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct KnownVibration<T> {

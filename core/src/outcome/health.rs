@@ -46,7 +46,7 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 ///         // Expected error of depth at 10 m, m.
 ///         # let _ = at_10_m;
 ///     }
-///     health.reasons.may_arm()
+///     health.may_arm()
 /// }
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -84,7 +84,7 @@ pub struct Health<T: Scalar> {
     /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. With one, the numbers
     /// above say nothing of the calibration in use.
     pub cause: Option<Cause>,
-    /// Reasons not to rely on the calibration in use; [`Reasons::may_arm`] answers an arming check. Vibration
+    /// Reasons not to rely on the calibration in use; [`Health::may_arm`] answers an arming check. Vibration
     /// ([`Proposal::vibration`]) is in both RMS, and the arming check leaves it out.
     pub reasons: Reasons,
 }
@@ -157,7 +157,7 @@ impl<T: Scalar> fmt::Display for Health<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, band, in_use_px, proposed_px, .. } = self;
         let Self { fit_in_use, fit_proposed, coverage, reasons, .. } = self;
-        let arming = if reasons.may_arm() { "may arm" } else { "must not arm" };
+        let arming = if self.may_arm() { "may arm" } else { "must not arm" };
         write!(f, "{state}, {band}, {arming}: {in_use_px:.2} px in use, {proposed_px:.2} px ")?;
         write!(f, "proposed, {fit_in_use} and {fit_proposed} fit, coverage {coverage:.2}")?;
         if !reasons.is_empty() {
@@ -174,6 +174,12 @@ impl<T: Scalar> fmt::Display for Health<T> {
 }
 
 impl<T: Scalar> Health<T> {
+    /// Answer to an arming check: no reason forbids it.
+    #[must_use]
+    pub const fn may_arm(&self) -> bool {
+        !self.reasons.forbid_arming()
+    }
+
     /// Expected error of depth with the extrinsics in use, m, at [`DEPTHS_M`] in the middle of the image:
     /// `Z^2 / b` times the error of yaw, which shifts all disparities. The focal length cancels.
     ///

@@ -86,13 +86,12 @@ impl Reasons {
         if holds { Self(self.0 | reason.code()) } else { self }
     }
 
-    /// Yes or no to an arming check: no reason forbids it.
-    #[must_use]
-    pub const fn may_arm(self) -> bool {
-        let own = self.contains(Reason::NotLocked)
+    /// Whether one of them forbids arming.
+    pub(crate) const fn forbid_arming(self) -> bool {
+        self.contains(Reason::NotLocked)
             || self.contains(Reason::Unfit)
-            || self.contains(Reason::Misaligned);
-        !own && !self.is_doubtful()
+            || self.contains(Reason::Misaligned)
+            || self.is_doubtful()
     }
 
     /// Whether the matches are too doubtful to apply an estimate of them.

@@ -14,9 +14,9 @@ use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::thresholds::{NEAR, TRACKED};
 
-/// Places left out before each of the 16 places that half a batch reads; two bits each, the lowest first; they recur. The
-/// places read are the numbers with an even number of ones. They follow no period: if outliers fill half of any places
-/// that recur, about half of the places read are outliers. Every second place could be all of them.
+/// Places left out before each of the 16 places of 32 that half a batch reads; two bits each, the lowest first. Within the
+/// 32 the places read follow no period (Thue and Morse): where outliers fill every second, or every fourth place, about as
+/// large a part of the places read are outliers.
 const LEFT_OUT: u32 = 0x1891_9219;
 
 /// Sums of a pass; counts are whole numbers.

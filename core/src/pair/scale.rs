@@ -37,7 +37,7 @@ pub(super) enum PeakDoubt {
 }
 
 impl<T: Scalar> Peak<T> {
-    /// Why it may contain a few wrong matches, or lie between two crowds.
+    /// Why it may be a peak of only a few matches, or lie between two crowds.
     ///
     /// * `usable`: all correspondences. Few are fitted by a wrong pose more often.
     pub(super) fn doubt(&self, usable: T) -> Option<PeakDoubt> {

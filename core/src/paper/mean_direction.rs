@@ -10,10 +10,10 @@ use super::compensated::Sum;
 use super::median::Median;
 use crate::algebra::information::StandardDeviations;
 
+use crate::config::paper::Central;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::so3;
 use crate::outcome::pair_report::PairReport;
-use crate::paper::Central;
 use crate::scalar::Scalar;
 use crate::thresholds::paper::{
     MAX_ANGLE_RAD, MIN_ANGLE_RAD, MIN_CONCENTRATION, MIN_MEAN_BASELINE,

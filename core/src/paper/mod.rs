@@ -13,11 +13,11 @@ mod loss;
 pub(crate) mod mean_direction;
 mod median;
 pub(crate) mod residual;
-mod settings;
 pub(crate) mod solver;
 
 use crate::batch::correspondence::RayPair;
 use crate::config::Context;
+pub use crate::config::paper::{Central, Settings};
 use crate::error::Rejection;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::Finding;
@@ -28,7 +28,6 @@ use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 pub use mean_direction::{FusedEstimate, MeanDirection};
-pub use settings::{Central, Settings};
 pub use solver::HuberSolver;
 
 /// State of the published method.

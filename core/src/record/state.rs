@@ -350,7 +350,7 @@ fn is_response<T: Scalar>(Response(columns): &Response<T>, information: &Informa
     })
 }
 
-/// Whether equations lead to finite deviations, and their noise does so too.
+/// Whether equations have a covariance, and finite deviations once debiased; and their noise is a part of them.
 #[inline(never)]
 fn leads_to_covariance<T: Scalar>(equations: &BiasedEquations<T>, prior: T) -> bool {
     let [forward, mixed, down] = equations.noise.0;

@@ -8,7 +8,7 @@ use super::range::Blocks;
 use super::slot::{self, to_u32};
 use crate::record::state::BYTES;
 
-/// Attempts at slots that can be erased, before another block is erased.
+/// Attempts at slots that look erased, before another block is erased.
 const ATTEMPTS: u8 = 2;
 
 /// A record in its slot.

@@ -1,7 +1,7 @@
 //! Printed labels of the core's enumerations.
 
 use stereo_selfcal::outcome::Direction;
-use stereo_selfcal::{Band, Reason, Reasons};
+use stereo_selfcal::{Band, Health, Reason, Reasons};
 
 pub(super) fn band(band: Band) -> &'static str {
     match band {
@@ -12,11 +12,11 @@ pub(super) fn band(band: Band) -> &'static str {
     }
 }
 
-pub(super) fn arming(reasons: Reasons) -> &'static str {
-    if reasons.may_arm() {
+pub(super) fn arming(health: &Health<f32>) -> &'static str {
+    if health.may_arm() {
         return "yes";
     }
-    match reasons.iter().next() {
+    match health.reasons.iter().next() {
         Some(Reason::NotLocked) => "no: not locked",
         Some(Reason::SecondMode | Reason::Biased) => "no: doubtful",
         Some(Reason::Unfit) => "no: matches do not support it",

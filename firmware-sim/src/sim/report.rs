@@ -82,7 +82,7 @@ pub(super) fn health(
         let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
         writeln!(out, "depth error        {}", errors.join(", "))?;
     }
-    writeln!(out, "may arm            {}", labels::arming(h.reasons))?;
+    writeln!(out, "may arm            {}", labels::arming(h))?;
     Ok(())
 }
 

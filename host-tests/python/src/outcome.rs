@@ -128,7 +128,7 @@ pub(crate) fn health<'py>(
     made!(
         py,
         classes.health,
-        of.reasons.may_arm(),
+        of.may_arm(),
         name(&of.band),
         of.in_use_px,
         of.proposed_px,

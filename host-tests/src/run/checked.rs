@@ -28,7 +28,9 @@ pub struct Checked {
 /// A health in `f64`, without the parts that the estimate has.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checks {
-    /// Reasons not to rely on it; they answer an arming check.
+    /// Answer to an arming check.
+    pub may_arm: bool,
+    /// Reasons not to rely on it.
     pub reasons: Reasons,
     /// Verdict on the calibration in use.
     pub band: Band,
@@ -57,6 +59,7 @@ impl Checked {
         let in_use = in_f64(&calibrator.in_use().extrinsics);
         let error = truth.map(|truth| Deviation::between(&in_use, truth));
         let checks = |health: &Health<T>| Checks {
+            may_arm: health.may_arm(),
             reasons: health.reasons,
             band: health.band,
             yaw_sd: health.yaw.to_f64(),
@@ -73,7 +76,7 @@ impl Checked {
     /// Whether the health permits arming.
     #[must_use]
     pub fn is_armed(&self) -> bool {
-        self.health.is_some_and(|health| health.reasons.may_arm())
+        self.health.is_some_and(|health| health.may_arm)
     }
 
     /// Reasons against arming or against the estimate; may be empty.

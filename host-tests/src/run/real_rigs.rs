@@ -162,7 +162,7 @@ fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPai
         vibration: vibration.map_or([0.0; 2], |v| [v.rotation.to_f64(), v.baseline.to_f64()]),
         state: calibrator.state(),
         fused,
-        armed: health.as_ref().is_some_and(|health| health.reasons.may_arm()),
+        armed: health.as_ref().is_some_and(|health| health.may_arm()),
         claim: calibrator.proposal().map(|proposal| Claim::of(&proposal, truth)),
         in_use: Deviation::between(&in_f64(&calibrator.in_use().extrinsics), truth),
         rms_px: health.map(|health| [health.in_use_px.to_f64(), health.proposed_px.to_f64()]),

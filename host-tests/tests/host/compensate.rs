@@ -46,7 +46,7 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
             calibrator.push(&m.correspondence()).unwrap();
         }
         let outcome = calibrator.solve_pair();
-        let armed = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
+        let armed = calibrator.health().is_ok_and(|health| health.may_arm());
         // An estimate that is not locked is not applied.
         let _ = calibrator.apply();
         let proposal = calibrator.proposal();

@@ -35,7 +35,7 @@ fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
             let expected = if at < PARKED { Fused::Repeated } else { Fused::Added };
             assert_eq!(fused, expected, "{seed}: pair {at}");
             let health = calibrator.health().unwrap();
-            assert!(health.reasons.may_arm(), "{seed}: pair {at}");
+            assert!(health.may_arm(), "{seed}: pair {at}");
             let halves = health.reasons.contains(Reason::ImageHalves);
             assert!(!halves, "{seed}: pair {at}");
         }

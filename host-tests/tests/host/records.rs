@@ -48,7 +48,7 @@ fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
     // A pixel beyond the range of the lens is refused.
     let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
     let _ = calibrator.apply();
-    let armed = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
+    let armed = calibrator.health().is_ok_and(|health| health.may_arm());
     [calibrator.state() == State::Locked, armed]
 }
 

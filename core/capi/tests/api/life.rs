@@ -147,12 +147,7 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
     assert_eq!((c.fit_in_use, c.fit_proposed), (rust.fit_in_use, rust.fit_proposed));
     assert_eq!(
         (c.band, c.state, c.may_arm, c.reasons),
-        (
-            rust.band.into(),
-            rust.state.into(),
-            rust.reasons.may_arm(),
-            u32::from(rust.reasons.bits()) << 16
-        )
+        (rust.band.into(), rust.state.into(), rust.may_arm(), u32::from(rust.reasons.bits()) << 16)
     );
     assert_eq!(c.cause, rust.cause.into());
     assert_eq!(cause, c.cause);

@@ -69,7 +69,7 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
         run(&mut calibrator, NONE, a, 0..12);
         let health = calibrator.health().unwrap();
         assert!(off(&calibrator, NONE).y.abs() < 6e-4, "{a}: {}", off(&calibrator, NONE));
-        assert!(health.state == State::Locked && health.reasons.may_arm(), "{a}: {health}");
+        assert!(health.state == State::Locked && health.may_arm(), "{a}: {health}");
         assert_ne!(health.band, Band::Recalibrate, "{a}: {health}");
         assert!((calibrator.proposal().unwrap().lens_yaw.value - a).abs() < 6e-4, "{a}: {health}");
         let corner = (a * 960.0 * 600.0 / 1400.0).abs();
@@ -105,7 +105,7 @@ fn after_a_knock_about_any_axis_the_yaw_belongs_to_the_mount() {
             let yaw = off(&calibrator, knock).y;
             assert!(yaw.abs() < 8e-4, "{knock:?}: {yaw}");
             assert!(yaw.abs() < 2.5 * health.yaw, "{knock:?}: {yaw} {health}");
-            assert!(health.reasons.may_arm(), "{knock:?}: {health}");
+            assert!(health.may_arm(), "{knock:?}: {health}");
             assert_eq!(health.reasons.contains(Reason::Yaw), !confirmed, "{knock:?}: {health}");
             assert!(!confirmed || health.yaw < 2e-3, "{knock:?}: {health}");
         }

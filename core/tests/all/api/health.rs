@@ -57,15 +57,16 @@ fn the_band_follows_what_is_in_use() {
 #[test]
 fn arming_says_why_not() {
     let mut calibrator = after(2);
-    let reasons = |calibrator: &Calibrator<f32, 256>| calibrator.health().unwrap().reasons;
-    assert!(reasons(&calibrator).contains(Reason::NotLocked) && !reasons(&calibrator).may_arm());
+    let health = calibrator.health().unwrap();
+    assert!(health.reasons.contains(Reason::NotLocked) && !health.may_arm());
     for seed in 2..6 {
         take(&mut calibrator, &scene(seed)).unwrap();
     }
-    let forbids: Vec<_> = reasons(&calibrator).iter().take(1).collect();
-    assert_eq!((forbids, reasons(&calibrator).may_arm()), (vec![Reason::Misaligned], false));
+    let health = calibrator.health().unwrap();
+    let forbids: Vec<_> = health.reasons.iter().take(1).collect();
+    assert_eq!((forbids, health.may_arm()), (vec![Reason::Misaligned], false));
     calibrator.apply().unwrap();
-    assert!(reasons(&calibrator).may_arm());
+    assert!(calibrator.health().unwrap().may_arm());
 
     // A knock shows at once.
     let [x, y, z] = ROTATION;
@@ -79,7 +80,7 @@ fn arming_says_why_not() {
     fill(&mut calibrator, &scene(11));
     let health = calibrator.health().unwrap();
     assert!(health.state == State::Suspect && health.reasons.contains(Reason::NotLocked));
-    assert!(!health.reasons.may_arm());
+    assert!(!health.may_arm());
 }
 
 #[test]
@@ -94,7 +95,7 @@ fn noise_alone_does_not_disarm_but_a_row_offset_does() {
             take(&mut calibrator, &matches).unwrap();
         }
         let health = calibrator.health().unwrap();
-        assert_eq!((health.state, health.reasons.may_arm()), (State::Locked, arms), "{health:?}");
+        assert_eq!((health.state, health.may_arm()), (State::Locked, arms), "{health:?}");
         assert_eq!(health.reasons.contains(Reason::Misaligned), !arms);
         assert!(health.proposed_px > 2.0 && health.in_use_px > 2.0);
         // No match is left out as an outlier.
@@ -224,7 +225,7 @@ fn reasons_name_what_speaks_against_a_calibration_also_where_it_may_arm() {
 
     take(&mut calibrator, &scene(5)).unwrap();
     let health = calibrator.health().unwrap();
-    assert!(health.reasons.may_arm());
+    assert!(health.may_arm());
     assert_eq!(health.reasons.iter().collect::<Vec<_>>(), [Reason::Repeated, Reason::Yaw]);
     assert!(health.to_string().contains("against it: repeated scene"), "{health}");
     take(&mut calibrator, &scene(6)).unwrap();

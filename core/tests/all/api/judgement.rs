@@ -41,7 +41,7 @@ fn a_mismatch_with_any_disparity_does_not_decide_the_rows_in_use() {
             {
                 locked += 1;
                 worst = worst.max(health.in_use_px);
-                off += u32::from(!health.reasons.may_arm());
+                off += u32::from(!health.may_arm());
             }
         }
     }

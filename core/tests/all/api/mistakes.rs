@@ -179,7 +179,7 @@ fn run(config: Config, mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcom
         let _ = calibrator.apply();
         let judged = calibrator.health();
         let health = judged.ok();
-        let armed = health.is_some_and(|health| health.reasons.may_arm());
+        let armed = health.is_some_and(|health| health.may_arm());
         let is_unfit = health.is_some_and(|health| health.reasons.contains(Reason::Unfit));
         outcome.named_unfit += u32::from(is_unfit);
         outcome.armed += u32::from(armed);
@@ -345,7 +345,7 @@ fn mismatches_along_rows_are_no_depth_of_the_same_image() {
             let _ = calibrator.take_pair(matches.collect::<Vec<_>>());
             let health = calibrator.health();
             assert!(
-                !health.is_ok_and(|health| health.reasons.may_arm()),
+                !health.is_ok_and(|health| health.may_arm()),
                 "{seed}: pair {pair}, {noise} px"
             );
         }

@@ -81,7 +81,7 @@ fn health<T: Number>(health: &Health<T>) -> String {
         health.coverage,
         health.yaw,
         health.band,
-        health.reasons.may_arm(),
+        health.may_arm(),
         health.reasons
     )
 }

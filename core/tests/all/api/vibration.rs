@@ -37,7 +37,7 @@ fn take(calibrator: &mut Tested, pair: u64, vibration_deg: f64) -> bool {
         calibrator.push(&m).unwrap();
     }
     let _ = calibrator.solve_pair();
-    let arms = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
+    let arms = calibrator.health().is_ok_and(|health| health.may_arm());
     let _ = calibrator.apply();
     calibrator.discard_pair();
     arms
@@ -75,7 +75,7 @@ fn extrinsics_in_use_that_are_off_are_misaligned_on_a_vibrating_rig_too() {
     let health = last.unwrap();
     assert!(!calibrator.proposal().unwrap().vibration.is_none());
     assert_eq!(health.state, State::Locked);
-    assert!(health.reasons.contains(Reason::Misaligned) && !health.reasons.may_arm());
+    assert!(health.reasons.contains(Reason::Misaligned) && !health.may_arm());
 }
 
 #[test]

@@ -146,7 +146,7 @@ impl Log {
             format!("{} > {}", h.fit_in_use, h.fit_proposed),
             format!("{r:.4} {t:.4}"),
             100.0 * h.coverage,
-            labels::arming(h.reasons),
+            labels::arming(h),
         )?;
         Ok(())
     }

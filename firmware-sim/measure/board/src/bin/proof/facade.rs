@@ -40,7 +40,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.factory());
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
-        show(proposal.reasons().may_arm());
+        show(proposal.reasons().bits());
         show(proposal.correction.is_none());
         show(calibrator.in_use().cameras.corrected(&proposal.correction));
         if let Some(lens) = &proposal.lens {
@@ -49,6 +49,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
         show(proposal);
     }
     if let Ok(health) = calibrator.health() {
+        show(health.may_arm());
         show(health.depth_errors(number()));
         let reasons = health.reasons;
         show((reasons.contains(Reason::Lens), reasons.is_empty(), reasons.bits()));

@@ -165,7 +165,7 @@ impl Row {
             }
             passes += outcome.pair.map_or(0.0, |report| f64::from(report.passes));
             if pairs.len() > 1 {
-                let may_arm = calibrator.health().is_ok_and(|health| health.reasons.may_arm());
+                let may_arm = calibrator.health().is_ok_and(|health| health.may_arm());
                 armed += f64::from(u8::from(may_arm)) / count(pairs.len());
                 let _ = calibrator.apply();
             }
