@@ -3,6 +3,7 @@
 
 mod compare;
 mod compile;
+mod documents;
 mod duration;
 mod emulate;
 mod image;
@@ -46,7 +47,7 @@ use variant::Board;
   cargo controller-cost                 the table
   cargo controller-cost --check         fail where a figure has moved
   cargo controller-cost --check --board m4f    the same for one board, in half the time
-  cargo controller-cost --update        write the table of this compiler
+  cargo controller-cost --update        write the table of this compiler, and EVIDENCE.md and README.md
   cargo controller-cost --repeat 5      prove that the counts repeat
   cargo controller-cost --calls         every single call as well
 
@@ -63,7 +64,8 @@ struct Args {
     #[arg(long, value_enum, conflicts_with = "update")]
     board: Option<Board>,
 
-    /// Write the committed table of the rustc that built the programs.
+    /// Write the committed table of the rustc that built the programs, and the figures of the newest table into
+    /// EVIDENCE.md and README.md.
     #[arg(long)]
     update: bool,
 
@@ -108,6 +110,7 @@ fn run(args: &Args) -> Result<()> {
     print(&measured)?;
     if args.update {
         measured.write(&folder)?;
+        documents::write(&compile::root(), &table::read_all(&folder)?)?;
     }
     committed.map_or(Ok(()), |tables| check(&tables, &measured, &boards))
 }

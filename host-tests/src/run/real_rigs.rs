@@ -6,7 +6,7 @@ use std::ops::Range;
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use stereo_selfcal::geometry::metrics::Deviation;
-use stereo_selfcal::{Calibrator, Config, Extrinsics, Proposal, Scalar, State};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, Health, Proposal, Scalar, State};
 
 use super::monte_carlo::{CAPACITY, FEW, TOO_MANY_SD, calibrator, cameras, nees};
 use crate::bounds::{cramer_rao, try_joint_fit};
@@ -134,6 +134,9 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
 }
 
 /// Passes the readings and tracks of a pair on, after the pair. A refused one leaves the estimate as it was.
+///
+/// # Panics
+/// Where the cameras of the scene are not valid; the calibrator then has none either.
 pub fn push_witnessed<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     frame: &ScenarioPair,
@@ -162,7 +165,7 @@ fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPai
         vibration: vibration.map_or([0.0; 2], |v| [v.rotation.to_f64(), v.baseline.to_f64()]),
         state: calibrator.state(),
         fused,
-        armed: health.as_ref().is_some_and(|health| health.may_arm()),
+        armed: health.as_ref().is_some_and(Health::may_arm),
         claim: calibrator.proposal().map(|proposal| Claim::of(&proposal, truth)),
         in_use: Deviation::between(&in_f64(&calibrator.in_use().extrinsics), truth),
         rms_px: health.map(|health| [health.in_use_px.to_f64(), health.proposed_px.to_f64()]),
