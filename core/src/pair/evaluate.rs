@@ -19,8 +19,8 @@ use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CLEAR_PEAK_DEVIATIONS, FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX, MIN_WEIGHTED,
-    PEAK_DEVIATIONS, PEAK_OVER_BESIDE, TRACK_MIN_NEAR, TRACK_PEAK,
+    FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX, MIN_WEIGHTED, PEAK_OVER_BESIDE, TRACK_MIN_NEAR,
+    TRACK_PEAK,
 };
 
 /// Measurement of the extrinsics by one batch.
@@ -212,7 +212,7 @@ impl<T: Scalar> EvaluatedPose<T> {
         near >= T::count(needed.into())
             && near >= T::lit(PEAK_OVER_BESIDE) * beside
             && near >= share * self.stats.usable
-            && self.stats.exceeds_background(PEAK_DEVIATIONS)
+            && self.stats.exceed_background()
             && noise < T::lit(FOUND_NOISE_PX)
             && self.is_largest_crowd()
     }
@@ -221,8 +221,8 @@ impl<T: Scalar> EvaluatedPose<T> {
     ///
     /// * `needed`: near residuals, by configuration.
     pub(crate) fn no_scene(&self, needed: u16) -> Option<Rejection> {
-        let forms_peak = self.stats.near() >= T::count(needed.into())
-            && self.stats.exceeds_background(PEAK_DEVIATIONS);
+        let forms_peak =
+            self.stats.near() >= T::count(needed.into()) && self.stats.exceed_background();
         let why = if self.stats.is_behind() {
             Some(Rejection::Behind)
         } else {
@@ -255,7 +255,7 @@ impl<T: Scalar> EvaluatedPose<T> {
 
     /// Whether that peak exceeds chance, at a pose that is not yet confirmed.
     pub(crate) fn has_clear_peak(&self) -> bool {
-        self.stats.exceeds_background(CLEAR_PEAK_DEVIATIONS)
+        self.stats.exceed_background()
     }
 }
 

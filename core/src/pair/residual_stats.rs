@@ -3,7 +3,7 @@
 use super::loss::{BESIDE, ResidualVariance};
 use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
-use crate::thresholds::{CROWD, INLIER, NEAR};
+use crate::thresholds::{CROWD, INLIER, NEAR, PEAK_DEVIATIONS};
 
 /// Counts of correspondences (whole numbers) and sums over them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,10 +136,10 @@ impl<T: Scalar> ResidualStats<T> {
         inliers / self.usable.max(T::ONE)
     }
 
-    /// Whether the near residuals exceed those beside by `deviations` of chance. A flat background fills both bands
-    /// alike, and the variance of the difference is the sum of the counts.
-    pub(super) fn exceeds_background(&self, deviations: f64) -> bool {
+    /// Whether the near residuals exceed those beside by [`PEAK_DEVIATIONS`] of chance. A flat background fills both
+    /// bands alike, and the variance of the difference is the sum of the counts.
+    pub(super) fn exceed_background(&self) -> bool {
         let (near, beside) = (self.near(), self.beside());
-        near - beside >= T::lit(deviations) * (near + beside).sqrt()
+        near - beside >= T::lit(PEAK_DEVIATIONS) * (near + beside).sqrt()
     }
 }

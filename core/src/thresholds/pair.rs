@@ -25,8 +25,8 @@ pub(crate) const LEVELS: usize = 13;
 pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
 /// Requirements of a peak of residuals: its part of the usable ones while the scale falls; its count over that beside it
-/// (outliers alone show 1), also at a pose found from afar; and its excess in deviations of chance, also of
-/// correspondences of high leverage. Larger values overlook few inliers; smaller ones take chance for a peak.
+/// (outliers alone show 1), also at a pose found from afar; and its excess in deviations of chance, also at a pose that
+/// is not confirmed, and of correspondences of high leverage. Larger values overlook few inliers; smaller ones take chance for a peak.
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
@@ -186,12 +186,10 @@ pub(crate) const SPARE_PASSES: u16 = 8;
 pub(crate) const FOUND_NEAR: [f64; 2] = [0.15, 0.25];
 pub(crate) const FOUND_NEAR_MOST: f64 = 0.6;
 
-/// Requirements of a tracked pose, which is known already: near residuals over those beside, and their number; and for
-/// a challenger, which is not confirmed, their excess in deviations of chance. Larger values refuse small and poor
-/// batches; smaller ones accept chance.
+/// Requirements of a tracked pose, which is known already: near residuals over those beside, and their number. Larger
+/// values refuse small and poor batches; smaller ones accept chance.
 pub(crate) const TRACK_PEAK: f64 = 1.5;
 pub(crate) const TRACK_MIN_NEAR: u32 = 8;
-pub(crate) const CLEAR_PEAK_DEVIATIONS: f64 = 2.0;
 
 /// Variance of the disparities of a pair about a plane, over that of their noise, below which both sides show the same
 /// image. Noise alone, of a scene at infinity, gives 1, and 0.1 with a matcher better than the noise floor. A larger
