@@ -9,7 +9,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail, ensure};
 use host_tests::data::{Dataset, Match, PairsFolder};
-use host_tests::run::{Apply, CAPACITY, KeptPairs, RunLog, Running, Step};
+use host_tests::run::{Apply, Capacity, KeptPairs, RunLog, Running, Step};
 use host_tests::wire::Sender;
 use stereo_selfcal::{Config, Extrinsics};
 
@@ -136,7 +136,7 @@ pub fn run(
 
 /// A run in progress.
 struct Run {
-    running: Running<f32, CAPACITY>,
+    running: Running,
     frames: Frames,
     /// Folder for the matches on arrival, so that an interrupted run loses none.
     out: Option<PathBuf>,
@@ -153,7 +153,7 @@ impl Run {
     fn begin(request: &Request<'_>) -> Result<Self> {
         let meta = &request.rig.meta;
         let start: Extrinsics<f32> = meta.extrinsics()?;
-        let running = Running::new(meta, Config::robust(), start, Apply::Never)?;
+        let running = Running::new(meta, Config::robust(), start, Capacity::N2048, Apply::Never)?;
         let set = Dataset {
             name: request.source.name.clone(),
             meta: meta.clone(),

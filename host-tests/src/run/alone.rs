@@ -32,7 +32,7 @@ impl<T: Scalar, const N: usize> PairSolver<T, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::{CAPACITY, replay};
+    use crate::run::replay;
     use crate::synth::Scene;
 
     #[test]
@@ -42,7 +42,7 @@ mod tests {
         let new = || {
             let cameras = set.cameras().unwrap();
             let factory = FactoryCalibration::new(cameras, start);
-            PairSolver::<f32, CAPACITY>::new(Config::robust(), &factory)
+            PairSolver::<f32, 2048>::new(Config::robust(), &factory)
         };
         let mut one = new();
         for pair in &set.pairs {

@@ -27,6 +27,6 @@ pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres};
 pub use estimate::{Estimate, Lens, doubt};
 pub use kept_pairs::KeptPairs;
 pub use log::RunLog;
-pub use replay::{Apply, CAPACITY, Feed, Running, replay, replay_pairs, replay_within};
+pub use replay::{Apply, Capacity, Feed, ReplayScalar, Running, replay, replay_pairs};
 pub use step::{Alone, Solved, Step, Verdict};
 pub use summary::{InUse, SCREEN_PX, Summary, row_offsets_px};

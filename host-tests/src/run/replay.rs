@@ -1,6 +1,8 @@
 //! Replay: feeds a data set to the calibrator as on a controller.
 
-use anyhow::Result;
+use std::fmt;
+
+use anyhow::{Result, bail};
 use stereo_selfcal::depth::RangeReading;
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Outcome, Rejection, Scalar};
 
@@ -13,8 +15,16 @@ use crate::data::ranges::{self, Ranges};
 use crate::data::tracked::{self, Track};
 use crate::data::{Dataset, Match, Meta, in_f64};
 
-/// Default capacity of a replay, correspondences a pair.
-pub const CAPACITY: usize = 2048;
+/// Capacity of a calibrator, correspondences a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+pub enum Capacity {
+    /// That of a vehicle.
+    #[value(name = "256")]
+    N256,
+    /// More than any pair of the recorded sets has.
+    #[value(name = "2048")]
+    N2048,
+}
 
 /// When the estimate is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
@@ -26,58 +36,125 @@ pub enum Apply {
     Each,
 }
 
-/// Replays every pair; nothing is applied.
-///
-/// # Errors
-/// As [`replay_within`].
-pub fn replay<T: Scalar>(
-    set: &Dataset,
-    config: Config,
-    start: Extrinsics<T>,
-    each: impl FnMut(&Step),
-) -> Result<RunLog> {
-    replay_within::<T, CAPACITY>(set, config, start, Apply::Never, each)
+/// Number type of a run. This crate compiles the estimator for both types; a generic run would compile it again in every
+/// crate that uses one.
+pub trait ReplayScalar: Scalar {
+    /// A calibrator of a rig and a capacity, which selects from longer pairs.
+    ///
+    /// # Errors
+    /// If the rig is not valid, or the type has no such capacity.
+    #[doc(hidden)]
+    fn replayed(
+        rig: &Meta,
+        config: Config,
+        start: Extrinsics<Self>,
+        capacity: Capacity,
+    ) -> Result<Box<dyn Replayed>>;
 }
 
-/// A run in progress: pairs in, one at a time; steps out.
+impl ReplayScalar for f32 {
+    fn replayed(
+        rig: &Meta,
+        config: Config,
+        start: Extrinsics<Self>,
+        capacity: Capacity,
+    ) -> Result<Box<dyn Replayed>> {
+        Ok(match capacity {
+            Capacity::N256 => Box::new(Solvers::<Self, 256>::of(rig, config, start)?),
+            Capacity::N2048 => Box::new(Solvers::<Self, 2048>::of(rig, config, start)?),
+        })
+    }
+}
+
+impl ReplayScalar for f64 {
+    fn replayed(
+        rig: &Meta,
+        config: Config,
+        start: Extrinsics<Self>,
+        capacity: Capacity,
+    ) -> Result<Box<dyn Replayed>> {
+        match capacity {
+            Capacity::N256 => bail!("a capacity of 256 is for f32, the number type of a vehicle"),
+            Capacity::N2048 => Ok(Box::new(Solvers::<Self, 2048>::of(rig, config, start)?)),
+        }
+    }
+}
+
+/// Pairs in, records of the log out.
+#[doc(hidden)]
+pub trait Replayed: fmt::Debug + Send {
+    /// Solves and fuses a pair, with the readings and tracks that come with it.
+    fn take(
+        &mut self,
+        pair: &[Match],
+        with: (&[RangeReading<f64>], &[Track]),
+        apply: Apply,
+        log: &mut RunLog,
+    );
+}
+
+/// The calibrator of a run, and one for every pair alone.
 #[derive(Debug)]
-pub struct Running<T: Scalar, const N: usize> {
+struct Solvers<T: Scalar, const N: usize> {
     calibrator: Box<Calibrator<T, N>>,
     /// The cameras as given.
     cameras: Cameras<T>,
     alone: PairSolver<T, N>,
+}
+
+impl<T: Scalar, const N: usize> Solvers<T, N> {
+    fn of(rig: &Meta, config: Config, start: Extrinsics<T>) -> Result<Self> {
+        let made = factory::of(rig, start)?;
+        let calibrator = Box::new(Calibrator::new(config, &made));
+        Ok(Self { calibrator, cameras: made.cameras, alone: PairSolver::new(config, &made) })
+    }
+}
+
+impl<T: Scalar, const N: usize> Replayed for Solvers<T, N> {
+    fn take(
+        &mut self,
+        pair: &[Match],
+        with: (&[RangeReading<f64>], &[Track]),
+        apply: Apply,
+        log: &mut RunLog,
+    ) {
+        replay_pair((&mut self.calibrator, &self.cameras), pair, with, apply, log);
+        log.note_alone(self.alone.solve(pair));
+    }
+}
+
+/// A run in progress: pairs in, one at a time; steps out.
+#[derive(Debug)]
+pub struct Running {
+    replayed: Box<dyn Replayed>,
     apply: Apply,
     ranges: Ranges,
     tracks: Vec<Vec<Track>>,
     log: RunLog,
 }
 
-impl<T: Scalar, const N: usize> Running<T, N> {
+impl Running {
     /// A run over the pairs of a rig, compared with its extrinsics if known.
     ///
     /// * `start`: extrinsics that every pair starts from.
     ///
     /// # Errors
-    /// If the rig is not valid.
-    pub fn new(rig: &Meta, config: Config, start: Extrinsics<T>, apply: Apply) -> Result<Self> {
-        let made = factory::of(rig, start)?;
-        let calibrator = Box::new(Calibrator::<T, N>::new(config, &made));
-        let alone = PairSolver::new(config, &made);
-        let (cameras, factory) = (made.cameras, in_f64(&start));
+    /// If the rig is not valid, or the number type has no such capacity.
+    pub fn new<T: ReplayScalar>(
+        rig: &Meta,
+        config: Config,
+        start: Extrinsics<T>,
+        capacity: Capacity,
+        apply: Apply,
+    ) -> Result<Self> {
+        let factory = in_f64(&start);
+        let replayed = T::replayed(rig, config, start, capacity)?;
         let log = if rig.has_reference() {
             RunLog::new(rig.extrinsics()?, factory)
         } else {
             RunLog::without_reference(factory)
         };
-        Ok(Self {
-            calibrator,
-            cameras,
-            alone,
-            apply,
-            ranges: Ranges::new(),
-            tracks: Vec::new(),
-            log,
-        })
+        Ok(Self { replayed, apply, ranges: Ranges::new(), tracks: Vec::new(), log })
     }
 
     /// Solves and fuses the next pair.
@@ -85,9 +162,7 @@ impl<T: Scalar, const N: usize> Running<T, N> {
         let number = self.log.pairs();
         let ranges = self.ranges.remove(&number).unwrap_or_default();
         let tracks = self.tracks.get(number).map(Vec::as_slice).unwrap_or_default();
-        let with = (ranges.as_slice(), tracks);
-        replay_pair((&mut self.calibrator, &self.cameras), pair, with, self.apply, &mut self.log);
-        self.log.note_alone(self.alone.solve(pair));
+        self.replayed.take(pair, (&ranges, tracks), self.apply, &mut self.log);
         self.log.steps().last()
     }
 
@@ -132,36 +207,36 @@ impl<'a> Feed<'a> {
     }
 }
 
-/// Replays every pair of a data set, as [`replay_pairs`].
+/// Replays every pair of a data set; nothing is applied.
 ///
 /// # Errors
 /// If the data set's rig is not valid.
-pub fn replay_within<T: Scalar, const N: usize>(
+pub fn replay<T: ReplayScalar>(
     set: &Dataset,
     config: Config,
     start: Extrinsics<T>,
-    apply: Apply,
     each: impl FnMut(&Step),
 ) -> Result<RunLog> {
-    replay_pairs::<T, N>(Feed::of(set)?, config, start, apply, each)
+    replay_pairs(Feed::of(set)?, config, start, Capacity::N2048, Apply::Never, each)
 }
 
-/// Replays pairs through a calibrator of a capacity, which selects from longer pairs.
+/// Replays pairs through a calibrator.
 ///
 /// * `start`: extrinsics that every pair starts from.
 /// * `apply`: when the estimate is applied.
 /// * `each`: called after each pair.
 ///
 /// # Errors
-/// If the rig is not valid, or a pair cannot be read.
-pub fn replay_pairs<T: Scalar, const N: usize>(
+/// As [`Running::new`], or if a pair cannot be read.
+pub fn replay_pairs<T: ReplayScalar>(
     feed: Feed<'_>,
     config: Config,
     start: Extrinsics<T>,
+    capacity: Capacity,
     apply: Apply,
     mut each: impl FnMut(&Step),
 ) -> Result<RunLog> {
-    let mut running = Running::<T, N>::new(feed.rig, config, start, apply)?;
+    let mut running = Running::new(feed.rig, config, start, capacity, apply)?;
     running.log = running.log.with_truths(feed.truths);
     (running.ranges, running.tracks) = (feed.ranges, feed.tracks);
     if feed.brief {

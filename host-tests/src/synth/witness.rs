@@ -153,8 +153,12 @@ mod tests {
             );
             for reading in readings {
                 let Range::AlongRay(range) = reading.range else { panic!("{reading:?}") };
-                let at =
-                    with.pair.matches.iter().position(|m| [m.ul, m.vl] == reading.pixel).unwrap();
+                let at = with
+                    .pair
+                    .matches
+                    .iter()
+                    .position(|m| [m.ul, m.vl].map(f64::to_bits) == reading.pixel.map(f64::to_bits))
+                    .unwrap();
                 let truth = 0.12 * with.scene.point_of(&with.pair.clean[at]).norm();
                 assert!((range / truth - 1.0).abs() < 0.05, "{range} {truth}");
             }

@@ -2,7 +2,7 @@
 //! of it.
 
 use host_tests::data::Dataset;
-use host_tests::run::{Apply, Estimate, RunLog, replay_within};
+use host_tests::run::{Apply, Capacity, Estimate, Feed, RunLog, replay_pairs};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Config, Extrinsics, LensTracking, State};
 
@@ -43,9 +43,10 @@ fn run(name: &str, falsified: Falsified, tracking: LensTracking) -> RunLog {
     let [[fx, _, px], [_, fy, py], _] = &mut set.meta.k_r;
     (*fx, *fy, *px, *py) = (*fx * (1.0 + focal), *fy * (1.0 + focal), *px + cx, *py + cy);
     set.meta.dist_r[0] += k1;
-    let start = Extrinsics::SIDE_BY_SIDE;
+    let start = Extrinsics::<f32>::SIDE_BY_SIDE;
     let config = Config::robust().with_lens_tracking(tracking);
-    replay_within::<f32, 512>(&set, config, start, Apply::Each, |_| ()).unwrap()
+    replay_pairs(Feed::of(&set).unwrap(), config, start, Capacity::N2048, Apply::Each, |_| ())
+        .unwrap()
 }
 
 fn end(log: &RunLog) -> (Estimate, Deviation<f64>) {

@@ -7,7 +7,7 @@ use crate::conventions;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use host_tests::data::{Meta, Rows, WrongSign, matrix};
-use host_tests::run::{Apply, Feed, RunLog, Step, replay_pairs};
+use host_tests::run::{Apply, Capacity, Feed, RunLog, Step, replay_pairs};
 use nalgebra::Vector3;
 use serde::Deserialize;
 use stereo_selfcal::paper::{Central, Settings};
@@ -91,15 +91,6 @@ pub enum Number {
     F64,
 }
 
-/// The capacity is part of the type, so each capacity is compiled separately: two are enough.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum Capacity {
-    #[value(name = "256")]
-    N256,
-    #[value(name = "2048")]
-    N2048,
-}
-
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Angle {
     /// Arithmetic mean.
@@ -131,17 +122,14 @@ impl Setup {
             );
         }
         match (self.scalar, self.capacity) {
-            (Number::F32, Capacity::N256) => {
-                replay_pairs::<f32, 256>(feed, config, start(initial, &rig)?, apply, each)
-            }
-            (Number::F32, Capacity::N2048) => {
-                replay_pairs::<f32, 2048>(feed, config, start(initial, &rig)?, apply, each)
-            }
-            (Number::F64, Capacity::N2048) => {
-                replay_pairs::<f64, 2048>(feed, config, start(initial, &rig)?, apply, each)
+            (Number::F32, capacity) => {
+                replay_pairs(feed, config, start::<f32>(initial, &rig)?, capacity, apply, each)
             }
             (Number::F64, Capacity::N256) => {
                 bail!("--capacity 256 is for --scalar f32, the number type of a vehicle")
+            }
+            (Number::F64, capacity) => {
+                replay_pairs(feed, config, start::<f64>(initial, &rig)?, capacity, apply, each)
             }
         }
     }

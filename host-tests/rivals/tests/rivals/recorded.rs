@@ -2,7 +2,7 @@
 //! the extrinsics of the data sets.
 
 use host_tests::data::{Dataset, Match, Rays, TurnedView, in_f64};
-use host_tests::run::{CAPACITY, Summary, replay};
+use host_tests::run::{Summary, replay};
 use nalgebra::{Matrix3, Rotation3, Unit, Vector3};
 use rivals::literal_paper::{self, Options, Solution};
 use stereo_selfcal::geometry::metrics::baseline_angle;
@@ -47,7 +47,7 @@ fn solve_by<T: Scalar>(
     pair: &[Match],
 ) -> Result<PairReport<T>, Rejection> {
     let factory = FactoryCalibration::guess(set.cameras().unwrap());
-    let mut calibrator = Box::new(Calibrator::<T, CAPACITY>::new(config, &factory));
+    let mut calibrator = Box::new(Calibrator::<T, 2048>::new(config, &factory));
     let outcome = calibrator.take_pair(pair.iter().map(Match::correspondence));
     outcome.pair.ok_or(outcome.fused.err().unwrap_or(Rejection::NotBegun))
 }
