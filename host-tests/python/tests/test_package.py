@@ -101,7 +101,7 @@ def test_ranges_tell_yaw(made: Made) -> None:
         sc.Calibrator(made.rig).push_range((5.0, 5.0), 5.0, 0.05)
 
 
-def test_quads_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made: Made) -> None:
+def test_tracks_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made: Made) -> None:
     rng = np.random.default_rng(4)
     calibrator = sc.Calibrator(made.rig)
     points = np.column_stack([rng.uniform(-4, 4, 300), rng.uniform(-2, 2, 300), rng.uniform(6, 25, 300)])
@@ -121,14 +121,14 @@ def test_quads_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made
     keep = inside(*before, *after)
     before, after = (tuple(uv[keep] for uv in views) for views in (before, after))
     with pytest.raises(sc.MotionError, match="not locked"):
-        calibrator.push_quads(before, after)
+        calibrator.push_motion(before, after)
     for seed in range(8):
         calibrator.fuse(*made.pair(seed))
-    assert calibrator.push_quads(before, after) in ("taken", "waiting")
+    assert calibrator.push_motion(before, after) in ("taken", "waiting")
     with pytest.raises(sc.MotionError, match="no motion"):
-        calibrator.push_quads(before, before)
+        calibrator.push_motion(before, before)
     with pytest.raises(ValueError, match=r"after\[0\]: 3 rows"):
-        calibrator.push_quads(before, (after[0][:3], after[1][:3]))
+        calibrator.push_motion(before, (after[0][:3], after[1][:3]))
 
 
 def test_a_second_thread_is_told_at_once_and_harms_nothing(made: Made) -> None:
