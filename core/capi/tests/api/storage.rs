@@ -113,15 +113,15 @@ fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage()
 }
 
 /// With a comma before the thousands.
-fn bytes(size: usize) -> String {
+fn stated(size: usize) -> String {
     if size < 1000 { size.to_string() } else { format!("{},{:03}", size / 1000, size % 1000) }
 }
 
 #[test]
 fn the_documents_state_the_sizes_of_the_storage() {
     assert_eq!(SELFCAL_CAPACITY, 256, "the documents state the sizes of the default capacity");
-    let calibrator = bytes(size_of::<selfcal_t>());
-    let both = format!("{calibrator}, {}", bytes(size_of::<selfcal_link_t>()));
+    let calibrator = stated(size_of::<selfcal_t>());
+    let both = format!("{calibrator}, {}", stated(size_of::<selfcal_link_t>()));
     let usage = include_str!("../../examples/readme/usage.c");
     assert!(
         usage.contains(&format!("/* 256 matches a pair: {calibrator} bytes */")),
