@@ -10,7 +10,8 @@
  * Every function returns a selfcal_error_t and writes its results through pointers; the exceptions are
  * selfcal_string and selfcal_argument_string, which return a text. Pointers must not be null, unless the
  * function documents otherwise. Null and misaligned pointers and storage that is not initialised are refused.
- * A refused call changes no extrinsics, and writes no results but those that its documentation names. Refused
+ * A refused call writes no results but those that its documentation names. The calibration in use stays as it
+ * is, unless a record is refused: selfcal_restore then leaves the factory calibration in use. Refused
  * correspondences are counted. A refused pair is noted in the health and may count against the estimate: go on
  * with the next pair.
  *
@@ -22,11 +23,12 @@
  *     static selfcal_t cal;
  *
  *     at start: selfcal_init(&cal, sizeof cal, NULL, &factory);
- *               selfcal_in_use(&cal, &calibration); load the rectifier with it
+ *               selfcal_in_use(&cal, &used); load the rectifier with it
  *     for each stereo pair:
  *         selfcal_take_pair(&cal, matches, count, NULL);
  *         selfcal_health(&cal, &health, NULL);
- *         if (selfcal_apply(&cal, &calibration) == SELFCAL_OK)
+ *         loaded = used.generation;
+ *         if (selfcal_apply(&cal, &used) == SELFCAL_OK && used.generation != loaded)
  *             load the rectifier with it
  *
  * SELFCAL_CAPACITY follows the library: define SELFCAL_CAPACITY_64, _128, _512 or _1024 if it was built
@@ -232,7 +234,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_UNOBSERVABLE = 504,
     /**
-     * the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
+     * points behind the cameras; left and right exchanged, wrong sign of t, an image mirrored or both upside down
      */
     SELFCAL_ERROR_BEHIND = 506,
     /**
@@ -772,9 +774,9 @@ enum selfcal_witnessed_t
      */
     SELFCAL_WITNESSED_TAKEN = 19000,
     /**
-     * waiting for a second one
+     * waiting for others that agree
      *
-     * It contradicts the yaw so far: the next one decides.
+     * It contradicts the yaw so far, and waits for others that agree with it.
      */
     SELFCAL_WITNESSED_WAITING = 19001,
     /**
@@ -919,8 +921,8 @@ enum selfcal_reason_t
     /**
      * second crowd of matches
      *
-     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and
-     * nothing is applied until the view has changed.
+     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming,
+     * and nothing is applied until the view has changed.
      */
     SELFCAL_REASON_SECOND_MODE = 262144,
     /**
@@ -1059,8 +1061,8 @@ typedef struct selfcal_t {
 } selfcal_t;
 
 /**
- * Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are 0.003, 1 px,
- * 0.005, 0.001, 0.00025, 0.0046.
+ * Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are
+ * 0.003, 1 px, 0.005, 0.001, 0.00025, 0.0046.
  */
 typedef struct selfcal_lens_prior_t {
     /**
@@ -1117,28 +1119,28 @@ typedef struct selfcal_config_t {
      */
     float max_correction_rad;
     /**
-     * Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A larger
-     * value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
+     * Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A
+     * larger value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
      */
     float prior_sd_rad;
     /**
-     * Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and above
-     * 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
+     * Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and
+     * above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
      */
     float noise_floor_px;
     /**
-     * Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. Larger uses more matches
-     * and admits more outliers. In both presets a match fits, for the health, within three thresholds.
+     * Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. Larger uses more
+     * matches and admits more outliers. In both presets a match fits, for the health, within three thresholds.
      */
     float huber_threshold_px;
     /**
-     * Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. Values below 1e-6 act
-     * as 1e-6.
+     * Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. Values below 1e-6
+     * act as 1e-6.
      */
     float step_tolerance_rad;
     /**
-     * Largest standard deviation of the weakest direction of a fused pair, rad: finite and above 0; default 0.12. Paper
-     * preset.
+     * Largest standard deviation of the weakest direction of a fused pair, rad: finite and above 0; default 0.12.
+     * Paper preset.
      */
     float max_sd_rad;
     /**
@@ -1154,8 +1156,8 @@ typedef struct selfcal_config_t {
      */
     uint32_t has_lens_prior;
     /**
-     * How far the given lens models are trusted: the deviations with the lens uncertain cover such errors. All 0 takes the
-     * lens models as exact, and image halves that disagree then block.
+     * How far the given lens models are trusted: the deviations with the lens uncertain cover such errors. All 0
+     * takes the lens models as exact, and image halves that disagree then block.
      */
     struct selfcal_lens_prior_t lens_prior;
 } selfcal_config_t;
@@ -1215,8 +1217,8 @@ typedef struct selfcal_factory_t {
      */
     struct selfcal_camera_t right;
     /**
-     * Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0: cameras side by side, a guess.
-     * The prior and the correction limit refer to them, and `selfcal_reset` returns to them.
+     * Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0: cameras side by side, a
+     * guess. The prior and the correction limit refer to them, and `selfcal_reset` returns to them.
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
@@ -1683,8 +1685,8 @@ typedef struct selfcal_proposal_t {
     struct selfcal_lens_correction_t correction;
     /**
      * Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
-     * significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best `R`
-     * for it.
+     * significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best
+     * `R` for it.
      */
     struct selfcal_extrinsics_t applicable;
     /**
@@ -1700,7 +1702,7 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_sd_t sd;
     /**
-     * Reported standard deviations with the lens models uncertain: `selfcal_config_set_lens_prior`.
+     * Reported standard deviations with the lens models uncertain by `lens_prior` of `selfcal_config_t`.
      */
     struct selfcal_sd_t sd_lens;
     /**
@@ -1790,8 +1792,8 @@ typedef struct selfcal_health_t {
      */
     float yaw_rad;
     /**
-     * Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
-     * point, px. Both RMS leave it out.
+     * Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the
+     * principal point, px. Both RMS leave it out.
      */
     float corner_px;
     /**
@@ -1925,8 +1927,8 @@ selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
                               float pixel[2]);
 
 /**
- * English text of the parameter or quantity that `selfcal_init` and `selfcal_install` refuse; never null, `"no error"` where
- * both arguments are valid.
+ * English text of the parameter or quantity that `selfcal_init` and `selfcal_install` refuse; never null, `"no
+ * error"` where both arguments are valid.
  *
  * * `config`, `factory`: either may be null, and is not checked then.
  */
@@ -1970,8 +1972,8 @@ selfcal_error_t selfcal_init(struct selfcal_t *cal,
                              const struct selfcal_factory_t *factory);
 
 /**
- * Begins anew with another factory calibration, and keeps the configuration. The generation changes if the calibration in
- * use does.
+ * Begins anew with another factory calibration, and keeps the configuration. The generation changes if the
+ * calibration in use does.
  */
 selfcal_error_t selfcal_install(struct selfcal_t *cal,
                                 const struct selfcal_factory_t *factory);
@@ -2107,8 +2109,9 @@ selfcal_error_t selfcal_frame_end(const struct selfcal_encoder_t *encoder,
                                   uint8_t *bytes);
 
 /**
- * Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the result. A
- * pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and are no error.
+ * Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the
+ * result. A pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and
+ * are no error.
  *
  * An error from 500 on says why the pair is not part of the estimate, which is normal: go on with the next pair.
  *
@@ -2121,8 +2124,9 @@ selfcal_error_t selfcal_take_pair(struct selfcal_t *cal,
                                   struct selfcal_outcome_t *outcome);
 
 /**
- * Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins a new
- * batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of `selfcal_take_pair`.
+ * Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins
+ * a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of
+ * `selfcal_take_pair`.
  *
  * * `outcome`: written with these errors too; may be null.
  */
@@ -2130,9 +2134,9 @@ selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal,
                                    struct selfcal_outcome_t *outcome);
 
 /**
- * Takes one step of a pair, at most one pass over the batch, or two to evaluate a solved pair. The first step begins with
- * the correspondences pushed so far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for
- * bit; a pair with an error has ended.
+ * Takes one step of a pair: at most one pass over the batch. The first step begins with the correspondences pushed so
+ * far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for bit; a pair with
+ * an error has ended.
  *
  * * `ended`: whether the pair has ended, also written with these errors.
  * * `outcome`: written once the pair has ended; may be null.
@@ -2157,8 +2161,8 @@ selfcal_error_t selfcal_state(const struct selfcal_t *cal, selfcal_state_t *stat
 selfcal_error_t selfcal_proposal(const struct selfcal_t *cal, struct selfcal_proposal_t *proposal);
 
 /**
- * Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it before the
- * next correspondence is pushed.
+ * Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it
+ * before the next correspondence is pushed.
  *
  * `SELFCAL_ERROR_NO_ESTIMATE`, `SELFCAL_ERROR_NO_MATCH`: there is no health.
  *
@@ -2233,8 +2237,8 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      struct selfcal_homographies_t *homographies);
 
 /**
- * Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and covariance,
- * noise, vibration, and what is known of lens and mount. Not included: the factory calibration (see
+ * Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and
+ * covariance, noise, vibration, and what is known of lens and mount. Not included: the factory calibration (see
  * `selfcal_factory_to_record`), the batch, a pair that is being solved, the estimate of the paper preset.
  *
  * The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
@@ -2265,6 +2269,9 @@ selfcal_error_t selfcal_restore(struct selfcal_t *cal,
  * mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match within 3 px
  * that fits the estimate. Five readings of 1 %, or ten of 3 %, are enough.
  *
+ * A reading that contradicts the yaw so far waits until more readings in a row agree with it than support that yaw,
+ * of which three count.
+ *
  * * `witnessed`: effect on the estimate; may be null.
  */
 selfcal_error_t selfcal_push_range(struct selfcal_t *cal,
@@ -2284,6 +2291,7 @@ selfcal_error_t selfcal_track(const struct selfcal_t *cal,
 /**
  * Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
  * baseline, once the later pair has ended: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
+ * A motion that contradicts the yaw so far waits, as a reading of `selfcal_push_range` does.
  *
  * * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
  */

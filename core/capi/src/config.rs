@@ -58,20 +58,20 @@ pub struct selfcal_config_t {
     pub memory_pairs: u32,
     /// Largest distance of a fused pair from the factory extrinsics, rad: above 0 and below 1.5; default 0.5.
     pub max_correction_rad: f32,
-    /// Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A larger
-    /// value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
+    /// Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A
+    /// larger value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
     pub prior_sd_rad: f32,
-    /// Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and above
-    /// 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
+    /// Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and
+    /// above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
     pub noise_floor_px: f32,
-    /// Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. Larger uses more matches
-    /// and admits more outliers. In both presets a match fits, for the health, within three thresholds.
+    /// Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. Larger uses more
+    /// matches and admits more outliers. In both presets a match fits, for the health, within three thresholds.
     pub huber_threshold_px: f32,
-    /// Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. Values below 1e-6 act
-    /// as 1e-6.
+    /// Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. Values below 1e-6
+    /// act as 1e-6.
     pub step_tolerance_rad: f32,
-    /// Largest standard deviation of the weakest direction of a fused pair, rad: finite and above 0; default 0.12. Paper
-    /// preset.
+    /// Largest standard deviation of the weakest direction of a fused pair, rad: finite and above 0; default 0.12.
+    /// Paper preset.
     pub max_sd_rad: f32,
     /// A `selfcal_angle_t`. Paper preset.
     pub angle: u32,
@@ -79,8 +79,8 @@ pub struct selfcal_config_t {
     pub lens_tracking: u32,
     /// 1 if `lens_prior` replaces the default deviations of the lens models. Robust preset.
     pub has_lens_prior: u32,
-    /// How far the given lens models are trusted: the deviations with the lens uncertain cover such errors. All 0 takes the
-    /// lens models as exact, and image halves that disagree then block.
+    /// How far the given lens models are trusted: the deviations with the lens uncertain cover such errors. All 0
+    /// takes the lens models as exact, and image halves that disagree then block.
     pub lens_prior: selfcal_lens_prior_t,
 }
 

@@ -11,7 +11,7 @@ use crate::witness::selfcal_witnessed_t;
 
 /// Declares an enumeration. The first line of a value's documentation is its text.
 ///
-/// `tests/header.rs` unwraps the declaration: cbindgen expands no macros.
+/// `header/src/main.rs` unwraps the declaration: cbindgen expands no macros.
 macro_rules! c_enum {
     ($(#[$attribute:meta])* pub enum $name:ident {
         $(#[doc = $text:literal] $(#[doc = $more:literal])* $value:ident = $number:literal,)+

@@ -53,7 +53,7 @@ c_enum! {
         SELFCAL_ERROR_NO_CONSENSUS = 503,
         /// a direction is not observable; correspondences all alike, on a line, or at infinity
         SELFCAL_ERROR_UNOBSERVABLE = 504,
-        /// the points are behind the cameras; left and right exchanged, t of the other sign, an image mirrored or both upside down
+        /// points behind the cameras; left and right exchanged, wrong sign of t, an image mirrored or both upside down
         SELFCAL_ERROR_BEHIND = 506,
         /// disparities run along the columns; u and v exchanged, cameras one above the other, or a wrong t
         SELFCAL_ERROR_COLUMNS = 507,

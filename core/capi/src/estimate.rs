@@ -183,8 +183,8 @@ pub struct selfcal_proposal_t {
     /// Correction of the cameras that they belong to; 0 but with `SELFCAL_LENS_TRACKING_COMPENSATE`.
     pub correction: selfcal_lens_correction_t,
     /// Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
-    /// significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best `R`
-    /// for it.
+    /// significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best
+    /// `R` for it.
     pub applicable: selfcal_extrinsics_t,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: selfcal_lens_correction_t,
@@ -192,7 +192,7 @@ pub struct selfcal_proposal_t {
     pub pairs: u32,
     /// Reported standard deviations, with the lens models as given.
     pub sd: selfcal_sd_t,
-    /// Reported standard deviations with the lens models uncertain: `selfcal_config_set_lens_prior`.
+    /// Reported standard deviations with the lens models uncertain by `lens_prior` of `selfcal_config_t`.
     pub sd_lens: selfcal_sd_t,
     /// Whether the lens estimate is valid; never in the paper preset and without a lens prior.
     pub has_lens: bool,

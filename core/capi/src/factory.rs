@@ -26,8 +26,8 @@ pub struct selfcal_factory_t {
     pub left: selfcal_camera_t,
     /// Right camera.
     pub right: selfcal_camera_t,
-    /// Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0: cameras side by side, a guess.
-    /// The prior and the correction limit refer to them, and `selfcal_reset` returns to them.
+    /// Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0: cameras side by side, a
+    /// guess. The prior and the correction limit refer to them, and `selfcal_reset` returns to them.
     pub extrinsics: selfcal_extrinsics_t,
     /// 1 if the extrinsics are a guess: their yaw is not held then, and the estimate follows that of the rows.
     pub is_guess: u32,
@@ -84,8 +84,8 @@ pub(crate) unsafe fn factory(
     given.core().map_err(|_| SELFCAL_ERROR_FACTORY)
 }
 
-/// English text of the parameter or quantity that `selfcal_init` and `selfcal_install` refuse; never null, `"no error"` where
-/// both arguments are valid.
+/// English text of the parameter or quantity that `selfcal_init` and `selfcal_install` refuse; never null, `"no
+/// error"` where both arguments are valid.
 ///
 /// * `config`, `factory`: either may be null, and is not checked then.
 #[unsafe(no_mangle)]

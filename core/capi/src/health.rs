@@ -43,8 +43,8 @@ c_enum! {
         SELFCAL_REASON_NOT_LOCKED = 0x1_0000,
         /// second crowd of matches
         ///
-        /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and
-        /// nothing is applied until the view has changed.
+        /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming,
+        /// and nothing is applied until the view has changed.
         SELFCAL_REASON_SECOND_MODE = 0x4_0000,
         /// matches biased
         ///
@@ -176,8 +176,8 @@ pub struct selfcal_health_t {
     pub state: selfcal_state_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
-    /// Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the principal
-    /// point, px. Both RMS leave it out.
+    /// Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the
+    /// principal point, px. Both RMS leave it out.
     pub corner_px: f32,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,
@@ -210,8 +210,8 @@ impl From<&Health<f32>> for selfcal_health_t {
     }
 }
 
-/// Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it before the
-/// next correspondence is pushed.
+/// Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it
+/// before the next correspondence is pushed.
 ///
 /// `SELFCAL_ERROR_NO_ESTIMATE`, `SELFCAL_ERROR_NO_MATCH`: there is no health.
 ///

@@ -4,8 +4,8 @@ use stereo_selfcal::LensPrior;
 use stereo_selfcal::geometry::LensCorrection;
 use zerocopy::FromBytes;
 
-/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are 0.003, 1 px,
-/// 0.005, 0.001, 0.00025, 0.0046.
+/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are
+/// 0.003, 1 px, 0.005, 0.001, 0.00025, 0.0046.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_lens_prior_t {

@@ -5,9 +5,10 @@
 //! z forward; matrices row by row; angles in rad; pixels of the raw image, before undistortion.
 //!
 //! Every function returns a [`selfcal_error_t`] and writes its results through pointers; the
-//! exceptions are `selfcal_string` and `selfcal_argument_string`. A refused call changes no extrinsics, and writes no
-//! results but those that its documentation names. Refused correspondences are counted. A refused
-//! pair is noted in the health and may count against the estimate.
+//! exceptions are `selfcal_string` and `selfcal_argument_string`. A refused call writes no results but
+//! those that its documentation names. The calibration in use stays as it is, unless a record is refused:
+//! [`selfcal_restore`] then leaves the factory calibration in use. Refused correspondences are counted. A
+//! refused pair is noted in the health and may count against the estimate.
 //!
 //! # Safety
 //! One contract for all functions. Each pointer is null, or points to a live object of its type that

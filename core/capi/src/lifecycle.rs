@@ -62,8 +62,8 @@ pub unsafe extern "C" fn selfcal_init(
     })
 }
 
-/// Begins anew with another factory calibration, and keeps the configuration. The generation changes if the calibration in
-/// use does.
+/// Begins anew with another factory calibration, and keeps the configuration. The generation changes if the
+/// calibration in use does.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_install(
     cal: *mut selfcal_t,

@@ -178,8 +178,9 @@ fn end(outcome: &Outcome<f32>, place: Out<selfcal_outcome_t>) -> Result<(), self
     outcome.fused.map(|_| ()).map_err(Into::into)
 }
 
-/// Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the result. A
-/// pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and are no error.
+/// Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the
+/// result. A pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and
+/// are no error.
 ///
 /// An error from 500 on says why the pair is not part of the estimate, which is normal: go on with the next pair.
 ///
@@ -201,8 +202,9 @@ pub unsafe extern "C" fn selfcal_take_pair(
     })
 }
 
-/// Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins a new
-/// batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of `selfcal_take_pair`.
+/// Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins
+/// a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of
+/// `selfcal_take_pair`.
 ///
 /// * `outcome`: written with these errors too; may be null.
 #[unsafe(no_mangle)]
@@ -217,9 +219,9 @@ pub unsafe extern "C" fn selfcal_solve_pair(
     })
 }
 
-/// Takes one step of a pair, at most one pass over the batch, or two to evaluate a solved pair. The first step begins with
-/// the correspondences pushed so far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for
-/// bit; a pair with an error has ended.
+/// Takes one step of a pair: at most one pass over the batch. The first step begins with the correspondences pushed so
+/// far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for bit; a pair with
+/// an error has ended.
 ///
 /// * `ended`: whether the pair has ended, also written with these errors.
 /// * `outcome`: written once the pair has ended; may be null.

@@ -13,8 +13,8 @@ pub const SELFCAL_SNAPSHOT_BYTES: usize = 400;
 const _: () =
     assert!(SELFCAL_SNAPSHOT_BYTES == Calibrator::<f32, SELFCAL_CAPACITY>::SNAPSHOT_BYTES);
 
-/// Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and covariance,
-/// noise, vibration, and what is known of lens and mount. Not included: the factory calibration (see
+/// Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and
+/// covariance, noise, vibration, and what is known of lens and mount. Not included: the factory calibration (see
 /// `selfcal_factory_to_record`), the batch, a pair that is being solved, the estimate of the paper preset.
 ///
 /// The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous

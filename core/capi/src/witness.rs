@@ -39,9 +39,9 @@ c_enum! {
         ///
         /// It is part of the estimate.
         SELFCAL_WITNESSED_TAKEN = 19000,
-        /// waiting for a second one
+        /// waiting for others that agree
         ///
-        /// It contradicts the yaw so far: the next one decides.
+        /// It contradicts the yaw so far, and waits for others that agree with it.
         SELFCAL_WITNESSED_WAITING = 19001,
         /// unknown
         ///
@@ -55,6 +55,9 @@ from_core!(Witnessed => selfcal_witnessed_t from 19000, else SELFCAL_WITNESSED_U
 /// Adds a point of known distance, once the pair that shows it has ended, and before the next: it tells the yaw of the
 /// mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match within 3 px
 /// that fits the estimate. Five readings of 1 %, or ten of 3 %, are enough.
+///
+/// A reading that contradicts the yaw so far waits until more readings in a row agree with it than support that yaw,
+/// of which three count.
 ///
 /// * `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]
@@ -110,6 +113,7 @@ pub unsafe extern "C" fn selfcal_track(
 
 /// Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
 /// baseline, once the later pair has ended: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
+/// A motion that contradicts the yaw so far waits, as a reading of `selfcal_push_range` does.
 ///
 /// * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]

@@ -43,7 +43,11 @@ const EVIDENCE: &[(&str, &[&str], Show)] = &[
     ("update, acquiring, at most", &["update of 256 acquiring at most"], Show::Timed),
     ("update, of mismatches, at most", &["update of 256 of mismatches at most"], Show::Timed),
     ("longest call but `solve_pair`", &["longest call"], Show::Timed),
-    ("`fuse`, `health`, at most", &["fuse at most", "health at most"], Show::Rounded),
+    (
+        "last call of `advance_pair`, which fuses; `health`: at most",
+        &["advance_pair that fuses at most", "health at most"],
+        Show::Rounded,
+    ),
     (
         "`push`, pinhole, radial-tangential",
         &["push pinhole mean", "push radial-tangential mean"],
@@ -89,8 +93,13 @@ const EVIDENCE: &[(&str, &[&str], Show)] = &[
         Show::Rounded,
     ),
     (
-        "deepest stack found: `advance_pair`, `fuse`, `health`, `restore`",
-        &["stack of advance_pair", "stack of fuse", "stack of health", "stack of restore"],
+        "deepest stack found: `advance_pair`, its last call, `health`, `restore`",
+        &[
+            "stack of advance_pair",
+            "stack of advance_pair that fuses",
+            "stack of health",
+            "stack of restore",
+        ],
         Show::Bytes,
     ),
     (
@@ -237,10 +246,14 @@ impl Figures<'_> {
         let [fast, small]: [Result<String>; 2] = [M4F, M4F_SMALL].map(flash);
         Ok(vec![
             times("a pair, locked", "update of 256 locked mean")?,
-            times("a pair, not yet locked, at most", "update of 256 acquiring at most")?,
+            times("a pair while acquiring, at most", "update of 256 acquiring at most")?,
+            times(
+                "any pair, at most: one of mismatches only",
+                "update of 256 of mismatches at most",
+            )?,
             ("RAM of the calibrator".into(), vec![size; 3]),
             (
-                "stack, with the flash store, at most".into(),
+                "stack of the core, with the flash store, at most".into(),
                 vec![self.stack("m4f")?, self.stack("m7")?],
             ),
             (

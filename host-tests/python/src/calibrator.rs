@@ -104,7 +104,7 @@ impl Calibrator {
     }
 
     #[pyo3(signature = (before, after))]
-    fn push_quads(&self, py: Python<'_>, before: Views<'_>, after: Views<'_>) -> PyResult<String> {
+    fn push_motion(&self, py: Python<'_>, before: Views<'_>, after: Views<'_>) -> PyResult<String> {
         let views = |names, (left, right): &Views<'_>| matches(names, left, right, None, 0.0);
         let before = views(["before[0]", "before[1]"], &before)?;
         let after = views(["after[0]", "after[1]"], &after)?;

@@ -102,7 +102,7 @@ def test_any_argument_gives_a_result_or_an_ordinary_exception(left: Any, right: 
     calibrator = sc.Calibrator(MADE.rig)
     for call in (
         lambda: calibrator.fuse(left, right, score),
-        lambda: calibrator.push_quads((left, right), (left, right)),
+        lambda: calibrator.push_motion((left, right), (left, right)),
         lambda: MADE.rig.left.rays(left),
         lambda: MADE.rig.left.pixels(left),
         lambda: MADE.rig.calibration().row_offsets(left, right),

@@ -101,7 +101,7 @@ def test_ranges_tell_yaw(made: Made) -> None:
         sc.Calibrator(made.rig).push_range((5.0, 5.0), 5.0, 0.05)
 
 
-def test_quads_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made: Made) -> None:
+def test_tracks_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made: Made) -> None:
     rng = np.random.default_rng(4)
     calibrator = sc.Calibrator(made.rig)
     points = np.column_stack([rng.uniform(-4, 4, 300), rng.uniform(-2, 2, 300), rng.uniform(6, 25, 300)])
@@ -121,14 +121,14 @@ def test_quads_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made
     keep = inside(*before, *after)
     before, after = (tuple(uv[keep] for uv in views) for views in (before, after))
     with pytest.raises(sc.MotionError, match="not locked"):
-        calibrator.push_quads(before, after)
+        calibrator.push_motion(before, after)
     for seed in range(8):
         calibrator.fuse(*made.pair(seed))
-    assert calibrator.push_quads(before, after) in ("taken", "waiting")
+    assert calibrator.push_motion(before, after) in ("taken", "waiting")
     with pytest.raises(sc.MotionError, match="no motion"):
-        calibrator.push_quads(before, before)
+        calibrator.push_motion(before, before)
     with pytest.raises(ValueError, match=r"after\[0\]: 3 rows"):
-        calibrator.push_quads(before, (after[0][:3], after[1][:3]))
+        calibrator.push_motion(before, (after[0][:3], after[1][:3]))
 
 
 def test_a_second_thread_is_told_at_once_and_harms_nothing(made: Made) -> None:
@@ -275,13 +275,29 @@ def test_texts_read_well(made: Made, locked: sc.Calibrator) -> None:
     assert repr(locked.apply()).startswith("<Calibration R 0.0")
 
 
-def test_every_error_of_the_core_has_advice() -> None:
-    header = (ROOT / "core/capi/include/stereo_selfcal.h").read_text()
-    codes = {int(code) for code in re.findall(r"SELFCAL_ERROR_\w+ = (\d+),", header)}
-    # Arguments of C, refused matches, and sending of a firmware are not raised here.
-    others = [range(100), range(402, 404), range(1103, 1200)]
-    ours = {code for code in codes if not any(code in of for of in others)}
-    assert len(ours) > 30 and ours <= set(ADVICE), sorted(ours - set(ADVICE))
+def numbers_of_the_core() -> dict[str, dict[str, int]]:
+    """Number of each value of each enumeration, from the lists `codes!` in the source of the core."""
+    sources = [path.read_text() for path in (ROOT / "core/src").rglob("*.rs")]
+    constants = {name: n for text in sources for name, n in re.findall(r"const ([A-Z_]+): u16 = (\d+);", text)}
+    lists = [codes for text in sources for codes in re.findall(r"(?m)^codes! \{(.*|\n(?: .*\n)*)\}$", text)]
+    found = {}
+    for name, values in re.findall(r"(\w+)(?:<\w+>)? \{((?:[^{}]|\{[^{}]*\})*)\}", "\n".join(lists)):
+        numbers = re.findall(r"(\w+)(?: \{[^{}]*\})? = ([A-Z_]+|\d+)\b", values)
+        found[name] = {value: int(constants.get(number, number)) for value, number in numbers}
+    return found
+
+
+def test_every_error_that_is_raised_has_advice_and_no_other_number_has() -> None:
+    source = (ROOT / "host-tests/python/src/errors.rs").read_text()
+    listed = re.search(r"core_errors!\(([\w\s,]+)\);", source)
+    assert listed
+    # Rejections have two classes; the pixel of a range has the number of its own error.
+    raised = {*re.findall(r"\w+", listed[1]), "Rejection", "UndistortError"}
+    numbers = numbers_of_the_core()
+    assert raised <= set(numbers), raised - set(numbers)
+    # A `Calibrator` never returns `NotBegun`.
+    ours = {n for name in raised for value, n in numbers[name].items() if value != "NotBegun"}
+    assert ours == set(ADVICE), f"without advice: {sorted(ours - set(ADVICE))}; no error: {sorted(set(ADVICE) - ours)}"
 
 
 def test_every_public_name_has_a_docstring() -> None:

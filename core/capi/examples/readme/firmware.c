@@ -16,7 +16,8 @@ static void take_pair(void) /* refusals are normal, of bad pairs and before the 
     selfcal_health_t health;
     if (!selfcal_solve_pair(&cal, NULL) && ++fused % PAIRS_PER_SNAPSHOT == 0)
         if (!selfcal_snapshot(&cal, record)) flash_write(SNAPSHOT_PAGE, record, sizeof record);
-    if (!selfcal_apply(&cal, &rig)) rectifier_load(&rig);
+    const uint32_t loaded = rig.generation;
+    if (!selfcal_apply(&cal, &rig) && rig.generation != loaded) rectifier_load(&rig); /* only a new one */
     arming_allow(!selfcal_health(&cal, &health, NULL) && health.may_arm);
 }
 int main(void) /* returns an error that calls for a restart */

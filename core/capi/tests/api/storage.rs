@@ -111,3 +111,24 @@ fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage()
     assert_eq!(found, 3, "high byte of the length of the batch, lengths of the two scenes");
     assert_eq!(get!(cal, selfcal_in_use).map(|used| used.generation), Ok(0));
 }
+
+/// With a comma before the thousands.
+fn stated(size: usize) -> String {
+    if size < 1000 { size.to_string() } else { format!("{},{:03}", size / 1000, size % 1000) }
+}
+
+#[test]
+fn the_documents_state_the_sizes_of_the_storage() {
+    assert_eq!(SELFCAL_CAPACITY, 256, "the documents state the sizes of the default capacity");
+    let calibrator = stated(size_of::<selfcal_t>());
+    let both = format!("{calibrator}, {}", stated(size_of::<selfcal_link_t>()));
+    let usage = include_str!("../../examples/readme/usage.c");
+    assert!(
+        usage.contains(&format!("/* 256 matches a pair: {calibrator} bytes */")),
+        "{calibrator}"
+    );
+    assert!(include_str!("../../BUILDS.md").contains(&format!("| {both}, 4,096 |")), "{both}");
+    let evidence = include_str!("../../../../host-tests/EVIDENCE.md");
+    let row = format!("| `selfcal_t` of 256 matches, `selfcal_link_t` | {both} bytes |");
+    assert!(evidence.contains(&row), "{row}");
+}

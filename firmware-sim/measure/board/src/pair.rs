@@ -16,10 +16,11 @@ const MAX_CALLS: usize = 256;
 pub(crate) struct Calls {
     pub(crate) push: Sample,
     pub(crate) begin: Sample,
-    /// Without the last call of a pair.
+    /// Calls between the first one and the last two.
     pub(crate) advance: Sample,
-    /// The last call of a pair, which evaluates it.
+    /// The call before the last one: it takes the last pass, which evaluates the pair.
     pub(crate) last: Sample,
+    /// The last call.
     pub(crate) fuse: Sample,
     pub(crate) health: Sample,
     pub(crate) proposal: Sample,
@@ -30,10 +31,10 @@ impl Calls {
     pub(crate) fn named(&self) -> [(&'static str, Sample); 8] {
         [
             ("push", self.push),
-            ("begin_pair", self.begin),
+            ("advance_pair that begins", self.begin),
             ("advance_pair", self.advance),
             ("advance_pair that judges", self.last),
-            ("fuse", self.fuse),
+            ("advance_pair that fuses", self.fuse),
             ("health", self.health),
             ("proposal", self.proposal),
             ("apply", self.apply),
@@ -59,7 +60,7 @@ impl Calls {
 pub(crate) struct PairCost {
     /// State before the pair.
     pub(crate) state: State,
-    /// Instructions from `begin_pair` to `fuse`.
+    /// Instructions of all calls of `advance_pair`.
     pub(crate) update: u32,
     /// Instructions of the second pass, the first without the start of the pair.
     pub(crate) second: u32,

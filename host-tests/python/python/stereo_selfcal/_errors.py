@@ -79,17 +79,16 @@ _CAMERA = "Correct the named quantity."
 _CONFIG = "Correct the named parameter."
 _PIXEL = "Drop the match; if there are many, the image size or lens is wrong."
 
-# : Advice by code of the core. A test checks it against the header of the C API.
+#: Advice by number of the core. A test compares the numbers with those in the core's source.
 ADVICE: dict[int, str] = {
     **dict.fromkeys(range(100, 104), _CAMERA),
     120: _PIXEL,
     121: _PIXEL,
     122: _PIXEL,
-    123: "Drop the ray: it is beyond the lens model.",
     200: "Correct R: rows orthonormal, determinant 1, left to right camera frame.",
     201: "Correct t: p_r = R p_l + t, any length above 0.",
     202: "A baseline along an optical axis cannot be rectified: correct R or t.",
-    **dict.fromkeys(range(300, 314), _CONFIG),
+    **dict.fromkeys([*range(300, 310), *range(311, 314)], _CONFIG),
     401: "Finish the pair first.",
     502: "The pair has too few matches: take the next pair, or match more points.",
     503: "The matches are nearly all wrong: take the next pair; if all pairs fail, check the matcher.",

@@ -403,7 +403,7 @@ class Calibrator:
         Returns
         -------
         str
-            ``"taken"``, or ``"waiting"``: it contradicts the yaw so far, and the next one decides.
+            ``"taken"``, or ``"waiting"``: it contradicts the yaw so far, and waits for others that agree with it.
 
         Raises
         ------
@@ -411,7 +411,7 @@ class Calibrator:
             The estimate is unchanged.
         """
 
-    def push_quads(
+    def push_motion(
         self, before: tuple[_Floats, _Floats], after: tuple[_Floats, _Floats]
     ) -> Literal["taken", "waiting"]:
         """Add matches that were tracked from one pair to a later one, after `fuse`: motion tells yaw from the lens.

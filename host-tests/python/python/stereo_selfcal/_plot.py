@@ -14,7 +14,7 @@ from ._results import Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# : Largest row offset of a match that fits, px.
+#: Largest row offset of a match that fits, px.
 FIT_PX = 3.0
 
 

@@ -12,16 +12,16 @@ from ._errors import PairError, Refusal
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-# : State of the estimate, from the first pairs to confirmed.
+#: State of the estimate, from the first pairs to confirmed.
 State: TypeAlias = Literal["acquiring", "locked", "suspect", "lost"]
 
 
 class Sd(NamedTuple):
     """Standard deviations, rad."""
 
-    # : Deviation of ``R``: root of the summed variances about the three axes.
+    #: Deviation of ``R``: root of the summed variances about the three axes.
     rotation: float
-    # : Deviation of the direction ``t``.
+    #: Deviation of the direction ``t``.
     translation: float
 
 
