@@ -135,8 +135,8 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
 
 /// Passes the readings and tracks of a pair on, after the pair. A refused one leaves the estimate as it was.
 ///
+/// # Panics
 /// If the cameras of the scene are not valid.
-/// Where the cameras of the scene are not valid; the calibrator then has none either.
 pub fn push_witnessed<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     frame: &ScenarioPair,
