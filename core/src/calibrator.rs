@@ -39,7 +39,7 @@ use step::Step;
 /// correspondence that is pushed begins a new one.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct it in its static cell with
-/// `StaticCell::init_with(|| Calibrator::new(..))`: that needs 11.8 kB less flash than a `const` block, whose value the
+/// `StaticCell::init_with(|| Calibrator::new(..))`: that needs 11.1 kB less flash than a `const` block, whose value the
 /// start-up code copies from flash (256 correspondences, `f32`).
 ///
 /// # Examples
