@@ -1810,6 +1810,15 @@ typedef struct selfcal_health_t {
      * Mistake that the matches or the estimate show.
      */
     selfcal_cause_t cause;
+    /**
+     * Readings of `selfcal_push_range` since the last reset that contradicted the yaw: refused, or waiting until more of
+     * them agree. Saturates.
+     */
+    uint16_t contradicting_ranges;
+    /**
+     * The same for `selfcal_push_motion`.
+     */
+    uint16_t contradicting_motions;
 } selfcal_health_t;
 
 /**

@@ -16,7 +16,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// its baseline (2 to 6 m of a vehicle); up to 256 matches are read, 17 times.
     ///
     /// # Errors
-    /// [`MotionError`]; the estimate is unchanged.
+    /// [`MotionError`]; the estimate is unchanged. [`crate::Health::contradicting_motions`] counts those that contradict the yaw.
     #[inline(never)]
     pub fn push_motion(&mut self, tracked: &[[RayPair<T>; 2]]) -> Result<Witnessed, MotionError> {
         if self.frozen || self.estimator.state() != State::Locked {
@@ -35,6 +35,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
         let mount = self.estimator.mount_mut().ok_or(MotionError::NotLocked)?;
         let witnessed = mount.witness(rows.turn + found.turn, found.variance, &rows, context);
+        let [_, count] = &mut self.contradicting;
+        count_contradiction(count, witnessed);
         witnessed.ok_or(MotionError::Contradicts)
     }
 
@@ -43,7 +45,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// 3 %, are enough. One pass over the batch.
     ///
     /// A reading that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more readings in a row agree with it
-    /// than support that yaw, of which three count.
+    /// than support that yaw, of which three count. [`crate::Health::contradicting_ranges`] counts both kinds of readings
+    /// that contradict it: those that wait, and those that are refused.
     ///
     /// # Errors
     /// [`RangeError`]; the estimate is unchanged.
@@ -65,6 +68,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let known = reading.inverse_depth(&ray, baseline_m);
         let [turn, variance] = known.turn(&pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
         let mount = self.estimator.mount_mut().ok_or(RangeError::NotLocked)?;
-        mount.witness(rows.turn + turn, variance, &rows, context).ok_or(RangeError::Contradicts)
+        let witnessed = mount.witness(rows.turn + turn, variance, &rows, context);
+        let [count, _] = &mut self.contradicting;
+        count_contradiction(count, witnessed);
+        witnessed.ok_or(RangeError::Contradicts)
     }
+}
+
+/// Counts a measurement that is refused or waits, because it contradicts the yaw.
+fn count_contradiction(count: &mut u16, witnessed: Option<Witnessed>) {
+    let contradicts = witnessed != Some(Witnessed::Taken);
+    *count = count.saturating_add(contradicts.into());
 }

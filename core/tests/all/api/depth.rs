@@ -210,6 +210,16 @@ fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
         assert_eq!(calibrator.push_range(&wrong), Err(RangeError::Contradicts), "{factor}");
     }
     assert_eq!(calibrator.snapshot(), before);
+    // Only contradictions are counted, and named.
+    let health = calibrator.health().unwrap();
+    assert_eq!([health.contradicting_ranges, health.contradicting_motions], [3, 0]);
+    let named = "contradicted by 3 ranges and 0 motions";
+    assert!(health.to_string().contains(named), "{health}");
+    calibrator.reset();
+    run(&mut calibrator, NONE, 0.002, 0..8);
+    let health = calibrator.health().unwrap();
+    assert_eq!([health.contradicting_ranges, health.contradicting_motions], [0, 0]);
+    assert!(!health.to_string().contains("contradicted"), "{health}");
 
     let mut none = calibrated(Config::robust());
     assert_eq!(none.push_range(&good), Err(RangeError::NoBaseline));
@@ -257,6 +267,8 @@ fn readings_that_contradict_wait_until_they_outvote_those_before() {
         calibrator.push_range(&reading(NONE, far, factor)).unwrap() == Witnessed::Taken
     });
     assert_eq!(taken, [false, true, true, true, false, false, false, true]);
+    // Those that waited.
+    assert_eq!(calibrator.health().unwrap().contradicting_ranges, 5);
     assert!(off(&calibrator, NONE).y.abs() < 1e-3);
 }
 
@@ -317,6 +329,13 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
         assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
         assert!(!health.reasons.contains(Reason::Yaw), "{health}");
     }
+    let mut calibrator = calibrated(Config::robust());
+    run(&mut calibrator, NONE, 0.0, 0..10);
+    // Tracks of a rig that is turned by two degrees.
+    let other = tracked([0.0, 2.0, 0.0], 0.0, forward, 0.0);
+    assert_eq!(calibrator.push_motion(&other), Err(MotionError::Contradicts));
+    let health = calibrator.health().unwrap();
+    assert_eq!([health.contradicting_ranges, health.contradicting_motions], [0, 1]);
     let nothing = calibrated(Config::robust()).push_motion(&[]);
     assert_eq!(nothing, Err(MotionError::NotLocked));
 }
@@ -330,6 +349,14 @@ fn any_number(rng: &mut ChaCha8Rng) -> f32 {
     }
 }
 
+/// The whole state, without the counts of contradictions.
+fn traces(calibrator: &Tested) -> String {
+    let all = format!("{calibrator:?}");
+    let (before, rest) = all.split_once("contradicting: [").unwrap();
+    let (_, after) = rest.split_once(']').unwrap();
+    [before, after].concat()
+}
+
 #[test]
 fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
     let mut rng = ChaCha8Rng::seed_from_u64(38);
@@ -338,7 +365,7 @@ fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
     take(&mut calibrator, &warped(NONE, 0.005, 8)).unwrap();
     let mut refused = 0;
     for _ in 0..3000 {
-        let before = format!("{calibrator:?}");
+        let before = traces(&calibrator);
         let mut any = || any_number(&mut rng);
         let reading = RangeReading {
             pixel: [any(), any()],
@@ -347,7 +374,7 @@ fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
         };
         if calibrator.push_range(&reading).is_err() {
             refused += 1;
-            assert_eq!(format!("{calibrator:?}"), before, "{reading:?}");
+            assert_eq!(traces(&calibrator), before, "{reading:?}");
         }
         let proposal = calibrator.proposal().unwrap();
         assert!(proposal.sd_lens.rotation.is_finite() && proposal.lens_yaw.sd.is_finite());
