@@ -5,6 +5,7 @@ use crate::batch::correspondence::RayPair;
 use crate::depth::motion::TurnByMotion;
 use crate::depth::mount::Witnessed;
 use crate::depth::range::RangeReading;
+use crate::depth::tracks::Tracks;
 use crate::error::{MotionError, RangeError};
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -38,6 +39,23 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let [_, count] = &mut self.contradicting;
         count_contradiction(count, witnessed);
         witnessed.ok_or(MotionError::Contradicts)
+    }
+
+    /// Adds the matches that an earlier frame and that of the last pair share ([`Tracks::quads`]), once the pair has ended.
+    /// After a measurement the last frame is the earlier one; until the rig has moved far enough, later frames are joined to
+    /// the same one. Work: that of [`Calibrator::push_motion`].
+    ///
+    /// # Errors
+    /// As [`Calibrator::push_motion`]; [`MotionError::NoMotion`] and [`MotionError::TooFew`] are ordinary.
+    pub fn push_tracks<const M: usize>(
+        &mut self,
+        tracks: &mut Tracks<T, M>,
+    ) -> Result<Witnessed, MotionError> {
+        let pushed = self.push_motion(tracks.quads());
+        if matches!(pushed, Ok(_) | Err(MotionError::Contradicts)) {
+            tracks.restart();
+        }
+        pushed
     }
 
     /// Adds a point of known distance. Call it after the pair that shows the point has ended, and before the next pair: the

@@ -17,19 +17,19 @@ const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
 const BASELINE: [f64; 2] = [0.5, -0.4];
 const BASELINE_M: f32 = 0.2;
 
-type Tested = Calibrator<f32, 256>;
+pub(crate) type Tested = Calibrator<f32, 256>;
 
 /// Turn of the right camera about its axes since the factory calibration, degrees.
-type Knock = [f64; 3];
+pub(crate) type Knock = [f64; 3];
 
-const NONE: Knock = [0.0; 3];
+pub(crate) const NONE: Knock = [0.0; 3];
 
 fn knocked<T: Scalar>([x, y, z]: Knock) -> Extrinsics<T> {
     rig([ROTATION[0] + x, ROTATION[1] + y, ROTATION[2] + z], BASELINE)
 }
 
 /// A pair whose right rows are off by `a x y`.
-fn warped(of: Knock, a: f32, seed: u64) -> Vec<Correspondence<f32>> {
+pub(crate) fn warped(of: Knock, a: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut pair = correspondences::<f32>(&knocked(of), 250, 0.5, seed);
     for c in &mut pair {
         let [x, y] = [(c.right[0] - 960.0) / 1400.0, (c.right[1] - 600.0) / 1400.0];
@@ -39,7 +39,7 @@ fn warped(of: Knock, a: f32, seed: u64) -> Vec<Correspondence<f32>> {
 }
 
 /// A calibrator with factory extrinsics of a calibration.
-fn calibrated(config: Config) -> Tested {
+pub(crate) fn calibrated(config: Config) -> Tested {
     Tested::new(config, &made())
 }
 
@@ -47,7 +47,7 @@ fn made() -> FactoryCalibration<f32> {
     FactoryCalibration::new(cameras(), knocked(NONE))
 }
 
-fn run(calibrator: &mut Tested, of: Knock, a: f32, seeds: core::ops::Range<u64>) {
+pub(crate) fn run(calibrator: &mut Tested, of: Knock, a: f32, seeds: core::ops::Range<u64>) {
     for seed in seeds {
         // A knock is followed from the third pair on.
         let _ = take(calibrator, &warped(of, a, seed));
@@ -56,7 +56,7 @@ fn run(calibrator: &mut Tested, of: Knock, a: f32, seeds: core::ops::Range<u64>)
 }
 
 /// Unknowns from the true rig to the extrinsics in use, rad.
-fn off(calibrator: &Tested, of: Knock) -> Vector5<f32> {
+pub(crate) fn off(calibrator: &Tested, of: Knock) -> Vector5<f32> {
     let truth = knocked(of);
     let [truth, in_use] = [&truth, &calibrator.in_use().extrinsics].map(RectifyingRotations::from);
     truth.unknowns_to(&in_use)
@@ -141,7 +141,7 @@ fn without_a_factory_calibration_rows_give_the_yaw_unconfirmed() {
 }
 
 /// The range of a match on the true rig, without noise, times a factor.
-fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32> {
+pub(crate) fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32> {
     let rays = cameras::<f32>().rays(c).unwrap();
     let rotations = RectifyingRotations::<f32>::from(&knocked(of));
     let [l, r] = [rays.left(), rays.right()];
@@ -152,7 +152,7 @@ fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32>
     RangeReading { pixel: c.left, range: Range::AlongAxis(depth), sd_m: 0.01 * depth }
 }
 
-fn with_baseline() -> Tested {
+pub(crate) fn with_baseline() -> Tested {
     Tested::new(Config::robust(), &made().with_baseline_m(BASELINE_M).unwrap())
 }
 
@@ -210,16 +210,6 @@ fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
         assert_eq!(calibrator.push_range(&wrong), Err(RangeError::Contradicts), "{factor}");
     }
     assert_eq!(calibrator.snapshot(), before);
-    // Only contradictions are counted, and named.
-    let health = calibrator.health().unwrap();
-    assert_eq!([health.contradicting_ranges, health.contradicting_motions], [3, 0]);
-    let named = "contradicted by 3 ranges and 0 motions";
-    assert!(health.to_string().contains(named), "{health}");
-    calibrator.reset();
-    run(&mut calibrator, NONE, 0.002, 0..8);
-    let health = calibrator.health().unwrap();
-    assert_eq!([health.contradicting_ranges, health.contradicting_motions], [0, 0]);
-    assert!(!health.to_string().contains("contradicted"), "{health}");
 
     let mut none = calibrated(Config::robust());
     assert_eq!(none.push_range(&good), Err(RangeError::NoBaseline));
@@ -267,13 +257,16 @@ fn readings_that_contradict_wait_until_they_outvote_those_before() {
         calibrator.push_range(&reading(NONE, far, factor)).unwrap() == Witnessed::Taken
     });
     assert_eq!(taken, [false, true, true, true, false, false, false, true]);
-    // Those that waited.
-    assert_eq!(calibrator.health().unwrap().contradicting_ranges, 5);
     assert!(off(&calibrator, NONE).y.abs() < 1e-3);
 }
 
 /// Matches of points in two pairs; the rig moves between them by so many baselines.
-fn tracked(of: Knock, a: f64, translation: [f64; 3], turn: f64) -> Vec<[RayPair<f32>; 2]> {
+pub(crate) fn tracked(
+    of: Knock,
+    a: f64,
+    translation: [f64; 3],
+    turn: f64,
+) -> Vec<[RayPair<f32>; 2]> {
     let rig: Extrinsics<f64> = knocked(of);
     let mut rng = ChaCha8Rng::seed_from_u64(7);
     let turned = so3::exp(&Vector3::new(0.0, turn, 0.0)).unwrap();
@@ -329,13 +322,6 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
         assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
         assert!(!health.reasons.contains(Reason::Yaw), "{health}");
     }
-    let mut calibrator = calibrated(Config::robust());
-    run(&mut calibrator, NONE, 0.0, 0..10);
-    // Tracks of a rig that is turned by two degrees.
-    let other = tracked([0.0, 2.0, 0.0], 0.0, forward, 0.0);
-    assert_eq!(calibrator.push_motion(&other), Err(MotionError::Contradicts));
-    let health = calibrator.health().unwrap();
-    assert_eq!([health.contradicting_ranges, health.contradicting_motions], [0, 1]);
     let nothing = calibrated(Config::robust()).push_motion(&[]);
     assert_eq!(nothing, Err(MotionError::NotLocked));
 }
