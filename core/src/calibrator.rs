@@ -85,6 +85,8 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     causes: Causes,
     /// Depth in pairs whose matches are moved alike.
     pub(crate) relief: Relief<T>,
+    /// Readings of ranges, and motions, that contradicted the yaw since the last reset. Not part of the record.
+    contradicting: [u16; 2],
     pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
 }
@@ -109,6 +111,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             rejection: None,
             causes: Causes::NONE,
             relief: Relief::NONE,
+            contradicting: [0; 2],
             batch: Batch::new(),
             estimator: Estimator::new(&config, factory.yaw_sd_rad.is_some()),
         }
@@ -137,6 +140,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.rejection = None;
         self.causes = Causes::NONE;
         self.relief = Relief::NONE;
+        self.contradicting = [0; 2];
         self.discard_pair();
         self.batch.forget_cells();
         self.estimator.reset();
@@ -228,6 +232,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             repeated: self.estimator.is_repeated(),
             cause: self.batch.cause().or_else(of_estimate),
             likeliest,
+            contradicting: self.contradicting,
         };
         Health::over(&self.batch, &rays, &self.in_use, proposal, last, of_image, screen)
             .ok_or(NoHealth::NoMatch(likeliest))

@@ -85,7 +85,7 @@
 //! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_range`], [`Calibrator::push_motion`] | `NotLocked`: read again later. `Contradicts`, again and again: the sensor, or its scale. |
 //! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Go on: the calibrator starts from the factory calibration. |
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the cameras set are of another image. |
-//! | [`link::HeaderError`], [`link::RecordError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
+//! | [`link::HeaderError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
 //! | [`link::EncodeError`] | encoding | Correct the named quantity of the sender. |
 //! | [`store::StoreError`] | the store | `Range`, `Alignment`: correct the ranges. Else: go on without; the record before remains, and the save is due again later. |
 //!

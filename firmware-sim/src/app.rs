@@ -5,8 +5,8 @@ use core::mem;
 
 use embedded_hal::digital::InputPin;
 use embedded_hal::spi::SpiDevice;
-use stereo_selfcal::depth::{RangeError, RangeReading, Witnessed};
-use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received};
+use stereo_selfcal::depth::{MotionError, RangeError, RangeReading, Tracks, Witnessed};
+use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received, Tracking};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Fused, Health, Outcome, PairReport, Rejection, State,
 };
@@ -50,6 +50,8 @@ pub struct PairOutcome {
     /// Health over the matches of this pair, with the extrinsics in use and with the estimate after this
     /// pair. `None` before there is an estimate.
     pub health: Option<Health<f32>>,
+    /// Effect of the tracks that this pair shares with an earlier one; `None` if it shares none.
+    pub motion: Option<Result<Witnessed, MotionError>>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -69,6 +71,7 @@ enum Stage {
 pub struct App<'a, SPI, RDY, const N: usize> {
     matcher: FpgaMatcher<SPI, RDY>,
     calibrator: &'a mut Calibrator<f32, N>,
+    tracks: Option<&'a mut Tracks<f32, N>>,
     stage: Stage,
     applies: bool,
     /// The last reported state.
@@ -82,7 +85,14 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     pub fn new(matcher: FpgaMatcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
         calibrator.discard_pair();
         let state = calibrator.state();
-        Self { matcher, calibrator, stage: Stage::Waiting, applies: false, state }
+        Self { matcher, calibrator, tracks: None, stage: Stage::Waiting, applies: false, state }
+    }
+
+    /// Joins the matches that the matcher sends with a track, and passes them on in the call that ends a pair: a measurement
+    /// of the yaw while the rig moves. See [`Calibrator::push_motion`] for its work.
+    #[must_use]
+    pub fn tracking(self, tracks: &'a mut Tracks<f32, N>) -> Self {
+        Self { tracks: Some(tracks), ..self }
     }
 
     /// Applies the estimate after each pair if it is locked.
@@ -118,7 +128,9 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     }
 
     fn receive(&mut self) -> Result<Event, ReceiveError<SPI::Error, RDY::Error>> {
-        Ok(match self.matcher.poll(self.calibrator)? {
+        let tracks = self.tracks.as_deref_mut();
+        let mut sink = Tracking { calibrator: &mut *self.calibrator, tracks };
+        Ok(match self.matcher.poll(&mut sink)? {
             ReadStatus::Idle => Event::Idle,
             ReadStatus::Partial => Event::Reading,
             ReadStatus::Frame(Received { header, taken }) => {
@@ -135,13 +147,15 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
             return Event::Pass;
         };
         self.stage = Stage::Finished;
+        let tracks = self.tracks.as_deref_mut().filter(|tracks| !tracks.quads().is_empty());
+        let motion = tracks.map(|tracks| self.calibrator.push_tracks(tracks));
         if self.applies {
             // An estimate that is not locked, or doubted, is not applied; the health says so.
             let _ = self.calibrator.apply();
         }
         let outcome = pair.map(|report| (report, fused)).ok_or(fused.err());
         let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
-        Event::Pair(PairOutcome { outcome, health: self.calibrator.health().ok() })
+        Event::Pair(PairOutcome { outcome, health: self.calibrator.health().ok(), motion })
     }
 
     /// The calibrator, with the estimate and the extrinsics in use.

@@ -149,6 +149,16 @@
 #define SELFCAL_SNAPSHOT_BYTES 400
 
 /**
+ * Size of `selfcal_tracks_t` in words of 8 bytes, sufficient on every target.
+ */
+#define SELFCAL_TRACKS_STORAGE_WORDS (3 + ((66 * SELFCAL_CAPACITY) / 8))
+
+/**
+ * Size of `selfcal_tracks_t`, bytes.
+ */
+#define SELFCAL_TRACKS_STORAGE_SIZE (8 * SELFCAL_TRACKS_STORAGE_WORDS)
+
+/**
  * Result of a call: one number for each remedy, whichever function returns it. From 100 on, the core has the
  * same numbers.
  */
@@ -1414,7 +1424,7 @@ typedef struct selfcal_link_counters_t {
      */
     uint32_t bad_header;
     /**
-     * Headers or frames with a right CRC that are not of version 1 of the format: correct the sender.
+     * Headers with a right CRC that are not of version 1 of the format: correct the sender.
      */
     uint32_t unsupported;
     /**
@@ -1812,6 +1822,15 @@ typedef struct selfcal_health_t {
      * Mistake that the matches or the estimate show.
      */
     selfcal_cause_t cause;
+    /**
+     * Readings of `selfcal_push_range` since the last reset that contradicted the yaw: refused, or waiting until more of
+     * them agree. Saturates.
+     */
+    uint16_t contradicting_ranges;
+    /**
+     * The same for `selfcal_push_motion`.
+     */
+    uint16_t contradicting_motions;
 } selfcal_health_t;
 
 /**
@@ -1888,6 +1907,17 @@ typedef struct selfcal_tracked_t {
      */
     uint32_t words[10];
 } selfcal_tracked_t;
+
+/**
+ * Matches of an earlier frame and of the last one, joined by the tracks that a matcher sends with them; up to
+ * `SELFCAL_CAPACITY`. The caller owns it, as a `selfcal_t`. One for each link.
+ */
+typedef struct selfcal_tracks_t {
+    /**
+     * Private.
+     */
+    uint64_t opaque[SELFCAL_TRACKS_STORAGE_WORDS];
+} selfcal_tracks_t;
 
 #ifdef __cplusplus
 extern "C" {
@@ -2100,6 +2130,16 @@ selfcal_error_t selfcal_frame_match(struct selfcal_encoder_t *encoder,
                                     uint8_t *bytes);
 
 /**
+ * `selfcal_frame_match` of a match that a tracker follows.
+ *
+ * * `track`: number of its track, of which the low 12 bits are sent; 0 without one.
+ */
+selfcal_error_t selfcal_frame_tracked_match(struct selfcal_encoder_t *encoder,
+                                            const struct selfcal_correspondence_t *correspondence,
+                                            uint16_t track,
+                                            uint8_t *bytes);
+
+/**
  * Ends a frame with its CRC. Refused while matches are missing: add them, or begin the next frame; the
  * receiver drops this one.
  *
@@ -2298,6 +2338,35 @@ selfcal_error_t selfcal_track(const struct selfcal_t *cal,
 selfcal_error_t selfcal_push_motion(struct selfcal_t *cal,
                                     const struct selfcal_tracked_t *tracked,
                                     size_t count,
+                                    selfcal_witnessed_t *witnessed);
+
+/**
+ * Initialises tracks. Call it before the others; it also forgets the frames of tracks in use.
+ *
+ * * `size`: size of the storage, bytes: `sizeof(selfcal_tracks_t)`.
+ */
+selfcal_error_t selfcal_tracks_init(struct selfcal_tracks_t *tracks, size_t size);
+
+/**
+ * `selfcal_link_feed` for a matcher that sends tracks: `tracks` receive each frame too.
+ */
+selfcal_error_t selfcal_link_feed_tracked(struct selfcal_link_t *link,
+                                          struct selfcal_t *cal,
+                                          struct selfcal_tracks_t *tracks,
+                                          const uint8_t *bytes,
+                                          size_t length,
+                                          size_t *used,
+                                          struct selfcal_frame_t *frame);
+
+/**
+ * `selfcal_push_motion` of the matches that an earlier frame and that of the last pair share, once the pair has ended.
+ * After a measurement the last frame is the earlier one; until the rig has moved far enough
+ * (`SELFCAL_ERROR_NO_MOTION`), later frames are joined to the same one.
+ *
+ * * `witnessed`: effect on the estimate; may be null.
+ */
+selfcal_error_t selfcal_push_tracks(struct selfcal_t *cal,
+                                    struct selfcal_tracks_t *tracks,
                                     selfcal_witnessed_t *witnessed);
 
 #ifdef __cplusplus

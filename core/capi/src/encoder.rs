@@ -155,13 +155,27 @@ pub unsafe extern "C" fn selfcal_frame_match(
     correspondence: *const selfcal_correspondence_t,
     bytes: *mut u8,
 ) -> selfcal_error_t {
+    // SAFETY: as this function.
+    unsafe { selfcal_frame_tracked_match(encoder, correspondence, 0, bytes) }
+}
+
+/// `selfcal_frame_match` of a match that a tracker follows.
+///
+/// * `track`: number of its track, of which the low 12 bits are sent; 0 without one.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_frame_tracked_match(
+    encoder: *mut selfcal_encoder_t,
+    correspondence: *const selfcal_correspondence_t,
+    track: u16,
+    bytes: *mut u8,
+) -> selfcal_error_t {
     status(|| {
         // SAFETY: the caller keeps the contract of the crate; storage is as large as `FrameEncoder`.
         let (frame, m, out) = unsafe {
             let frame = marked::exclusive(encoder.cast::<FrameEncoder>())?;
             (frame, read(correspondence)?, Out::checked(bytes.cast())?)
         };
-        out.set(frame.encoder.push(&(&m).into())?);
+        out.set(frame.encoder.push_tracked(&(&m).into(), track)?);
         Ok(())
     })
 }

@@ -187,6 +187,11 @@ pub struct selfcal_health_t {
     pub reasons: u32,
     /// Mistake that the matches or the estimate show.
     pub cause: selfcal_cause_t,
+    /// Readings of `selfcal_push_range` since the last reset that contradicted the yaw: refused, or waiting until more of
+    /// them agree. Saturates.
+    pub contradicting_ranges: u16,
+    /// The same for `selfcal_push_motion`.
+    pub contradicting_motions: u16,
 }
 
 impl From<&Health<f32>> for selfcal_health_t {
@@ -206,6 +211,8 @@ impl From<&Health<f32>> for selfcal_health_t {
             may_arm: health.may_arm(),
             reasons: bits(health.reasons),
             cause: health.cause.into(),
+            contradicting_ranges: health.contradicting_ranges,
+            contradicting_motions: health.contradicting_motions,
         }
     }
 }

@@ -30,8 +30,11 @@ const _: () = assert!(align_of::<Instance>() <= SELFCAL_STORAGE_ALIGN);
 #[repr(C)]
 pub(crate) struct Instance {
     magic: [u32; 3],
-    pub(crate) calibrator: Calibrator<f32, SELFCAL_CAPACITY>,
+    pub(crate) calibrator: Held,
 }
+
+/// The calibrator of an instance.
+pub(crate) type Held = Calibrator<f32, SELFCAL_CAPACITY>;
 
 // SAFETY: `repr(C)`, and the magic is the first field.
 unsafe impl Marked for Instance {

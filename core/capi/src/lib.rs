@@ -56,6 +56,7 @@ mod pointer;
 mod push;
 mod record;
 mod rectify;
+mod tracks;
 mod witness;
 
 pub use apply::*;
@@ -78,6 +79,7 @@ pub use pair::*;
 pub use push::*;
 pub use record::*;
 pub use rectify::*;
+pub use tracks::*;
 pub use witness::*;
 
 /// Unreachable: the core has no reachable panic, and the example firmware links without this function.

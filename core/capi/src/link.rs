@@ -6,7 +6,7 @@ use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use zerocopy::IntoBytes;
 
 use crate::error::{selfcal_error_t, status};
-use crate::instance::{exclusive, selfcal_t};
+use crate::instance::{Held, exclusive, selfcal_t};
 use crate::marked::{self, Marked};
 use crate::pointer::{Out, read_array};
 
@@ -101,7 +101,7 @@ pub struct selfcal_link_counters_t {
     pub bad_crc: u32,
     /// Headers with a wrong CRC.
     pub bad_header: u32,
-    /// Headers or frames with a right CRC that are not of version 1 of the format: correct the sender.
+    /// Headers with a right CRC that are not of version 1 of the format: correct the sender.
     pub unsupported: u32,
     /// Frames cut by the start of the next one: bytes are being lost.
     pub truncated: u32,
@@ -179,37 +179,49 @@ pub unsafe extern "C" fn selfcal_link_feed(
     used: *mut usize,
     frame: *mut selfcal_frame_t,
 ) -> selfcal_error_t {
+    // SAFETY: the caller keeps the contract of the crate.
+    unsafe {
+        feed(link, cal, bytes, length, used, frame, |decoder, bytes, calibrator| {
+            Ok(decoder.feed(bytes, calibrator)?)
+        })
+    }
+}
+
+/// Feeds bytes, and writes what they brought.
+///
+/// * `take`: decodes bytes up to the end of a whole frame, and removes those used.
+///
+/// # Safety
+/// The contract of the crate.
+pub(crate) unsafe fn feed(
+    link: *mut selfcal_link_t,
+    cal: *mut selfcal_t,
+    bytes: *const u8,
+    length: usize,
+    used: *mut usize,
+    frame: *mut selfcal_frame_t,
+    take: impl FnOnce(&mut Decoder, &mut &[u8], &mut Held) -> Result<Option<Received>, selfcal_error_t>,
+) -> selfcal_error_t {
     status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
+        // SAFETY: the contract of the crate.
         let (used, frame) = unsafe { (Out::checked(used)?, Out::checked(frame)?) };
         let mut count = 0;
-        // SAFETY: as above.
-        let fed = unsafe { feed(link, cal, bytes, length, &mut count) };
+        let fed = (|| {
+            // SAFETY: as above.
+            let (link, instance, mut bytes) =
+                unsafe { (self::link(link)?, exclusive(cal)?, read_array(bytes, length)?) };
+            if instance.calibrator.is_busy() {
+                return Err(FrameRefusal::Busy.into());
+            }
+            let fed = take(&mut link.decoder, &mut bytes, &mut instance.calibrator);
+            count = length.saturating_sub(bytes.len());
+            fed
+        })();
         // With errors too: the caller goes on from there.
         used.set(count);
         frame.set(fed.ok().flatten().into());
         fed.map(|_| ())
     })
-}
-
-/// # Safety
-/// The contract of the crate.
-unsafe fn feed(
-    link: *mut selfcal_link_t,
-    cal: *mut selfcal_t,
-    bytes: *const u8,
-    length: usize,
-    used: &mut usize,
-) -> Result<Option<Received>, selfcal_error_t> {
-    // SAFETY: the contract of the crate.
-    let (link, instance, mut bytes) =
-        unsafe { (self::link(link)?, exclusive(cal)?, read_array(bytes, length)?) };
-    if instance.calibrator.is_busy() {
-        return Err(FrameRefusal::Busy.into());
-    }
-    let fed = link.decoder.feed(&mut bytes, &mut instance.calibrator);
-    *used = length.saturating_sub(bytes.len());
-    Ok(fed?)
 }
 
 /// Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART.

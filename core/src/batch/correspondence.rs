@@ -65,6 +65,12 @@ pub struct RayPair<T> {
 }
 
 impl<T: Scalar> RayPair<T> {
+    /// Along both optical axes.
+    pub(crate) const ZERO: Self = {
+        let axis = Vector2::new(T::ZERO, T::ZERO);
+        Self { left: axis, right: axis, tag: 0, grid_step: 0 }
+    };
+
     /// From undistorted rays `[x, y]` at unit depth, with score 1 and continuous coordinates.
     ///
     /// `None` if a coordinate is not finite or above 11.43 in size (85 degrees).

@@ -5,6 +5,7 @@ use crate::batch::correspondence::RayPair;
 use crate::depth::motion::TurnByMotion;
 use crate::depth::mount::Witnessed;
 use crate::depth::range::RangeReading;
+use crate::depth::tracks::Tracks;
 use crate::error::{MotionError, RangeError};
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -16,7 +17,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// its baseline (2 to 6 m of a vehicle); up to 256 matches are read, 17 times.
     ///
     /// # Errors
-    /// [`MotionError`]; the estimate is unchanged.
+    /// [`MotionError`]; the estimate is unchanged. [`crate::Health::contradicting_motions`] counts those that contradict the yaw.
     #[inline(never)]
     pub fn push_motion(&mut self, tracked: &[[RayPair<T>; 2]]) -> Result<Witnessed, MotionError> {
         if self.frozen || self.estimator.state() != State::Locked {
@@ -35,7 +36,26 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
         let mount = self.estimator.mount_mut().ok_or(MotionError::NotLocked)?;
         let witnessed = mount.witness(rows.turn + found.turn, found.variance, &rows, context);
+        let [_, count] = &mut self.contradicting;
+        count_contradiction(count, witnessed);
         witnessed.ok_or(MotionError::Contradicts)
+    }
+
+    /// Adds the matches that an earlier frame and that of the last pair share ([`Tracks::quads`]), once the pair has ended.
+    /// After a measurement the last frame is the earlier one; until the rig has moved far enough, later frames are joined to
+    /// the same one. Work: that of [`Calibrator::push_motion`].
+    ///
+    /// # Errors
+    /// As [`Calibrator::push_motion`]; [`MotionError::NoMotion`] and [`MotionError::TooFew`] are ordinary.
+    pub fn push_tracks<const M: usize>(
+        &mut self,
+        tracks: &mut Tracks<T, M>,
+    ) -> Result<Witnessed, MotionError> {
+        let pushed = self.push_motion(tracks.quads());
+        if matches!(pushed, Ok(_) | Err(MotionError::Contradicts)) {
+            tracks.restart();
+        }
+        pushed
     }
 
     /// Adds a point of known distance. Call it after the pair that shows the point has ended, and before the next pair: the
@@ -43,7 +63,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// 3 %, are enough. One pass over the batch.
     ///
     /// A reading that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more readings in a row agree with it
-    /// than support that yaw, of which three count.
+    /// than support that yaw, of which three count. [`crate::Health::contradicting_ranges`] counts both kinds of readings
+    /// that contradict it: those that wait, and those that are refused.
     ///
     /// # Errors
     /// [`RangeError`]; the estimate is unchanged.
@@ -65,6 +86,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let known = reading.inverse_depth(&ray, baseline_m);
         let [turn, variance] = known.turn(&pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
         let mount = self.estimator.mount_mut().ok_or(RangeError::NotLocked)?;
-        mount.witness(rows.turn + turn, variance, &rows, context).ok_or(RangeError::Contradicts)
+        let witnessed = mount.witness(rows.turn + turn, variance, &rows, context);
+        let [count, _] = &mut self.contradicting;
+        count_contradiction(count, witnessed);
+        witnessed.ok_or(RangeError::Contradicts)
     }
+}
+
+/// Counts a measurement that is refused or waits, because it contradicts the yaw.
+fn count_contradiction(count: &mut u16, witnessed: Option<Witnessed>) {
+    let contradicts = witnessed != Some(Witnessed::Taken);
+    *count = count.saturating_add(contradicts.into());
 }

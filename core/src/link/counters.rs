@@ -30,7 +30,7 @@ counters! {
     bad_crc,
     /// Frame starts whose header has a wrong CRC.
     bad_header,
-    /// Headers and frames with a correct CRC and content outside version 1.
+    /// Headers with a correct CRC and content outside version 1.
     unsupported,
     /// Frames cut short by the start of the next frame.
     truncated,

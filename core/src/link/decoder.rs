@@ -30,7 +30,7 @@ use crate::batch::correspondence::Correspondence;
 /// while let Some(event) = decoder.next(&mut bytes) {
 ///     match event {
 ///         Event::Started(header) => (),  // clear the buffer
-///         Event::Match(m) => (),         // store it
+///         Event::Match(m, track) => (),  // store it
 ///         Event::Finished(header) => (), // use the stored matches
 ///         Event::Discarded(why) => (),   // drop the stored matches
 ///     }
@@ -82,7 +82,7 @@ impl Decoder {
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         while self.window.is_header() || !bytes.is_empty() {
             let event = match self.take_record(bytes) {
-                Some(Step::Match(c)) => Some(Event::Match(c)),
+                Some(Step::Match(c, track)) => Some(Event::Match(c, track)),
                 Some(_) => None,
                 None => self.take_some(bytes),
             };
@@ -104,13 +104,13 @@ impl Decoder {
         sink: &mut impl FrameSink,
     ) -> Result<Option<Received>, FrameRefusal> {
         while self.window.is_header() || !bytes.is_empty() {
-            self.take_records(bytes, usize::MAX, |c| sink.take(c));
+            self.take_records(bytes, usize::MAX, |c, track| sink.take(c, track));
             let Some(event) = self.take_some(bytes) else {
                 continue;
             };
             match event {
                 Event::Started(header) => sink.start(&header).inspect_err(|_| self.refuse())?,
-                Event::Match(correspondence) => sink.take(&correspondence),
+                Event::Match(correspondence, track) => sink.take(&correspondence, track),
                 Event::Discarded(_) => sink.discard(),
                 Event::Finished(header) => {
                     return Ok(Some(Received { header, taken: sink.finish() }));
@@ -216,7 +216,7 @@ impl Decoder {
     #[inline(always)]
     fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
         let (before, mut step) = (bytes.len(), Step::None);
-        self.take_records(bytes, 1, |c| step = Step::Match(*c));
+        self.take_records(bytes, 1, |c, track| step = Step::Match(*c, track));
         (bytes.len() < before).then_some(step)
     }
 
@@ -229,7 +229,7 @@ impl Decoder {
         &mut self,
         bytes: &mut &[u8],
         most: usize,
-        take: impl FnMut(&Correspondence<f32>),
+        take: impl FnMut(&Correspondence<f32>, u16),
     ) {
         let Some(frame) = self.frame.as_mut().filter(|_| self.window.is_empty()) else { return };
         #[cfg(test)]
@@ -266,7 +266,7 @@ impl Decoder {
         self.count_bad(taken);
         match step {
             Step::None => None,
-            Step::Match(c) => Some(Event::Match(c)),
+            Step::Match(c, track) => Some(Event::Match(c, track)),
             Step::End(whole) => self.finish(whole),
         }
     }
@@ -289,10 +289,6 @@ impl Decoder {
             Disposition::Accepted => {
                 count(&mut self.counters.good);
                 Some(Event::Finished(frame.header))
-            }
-            Disposition::Unsupported => {
-                count(&mut self.counters.unsupported);
-                Some(Event::Discarded(Damage::Unsupported))
             }
             Disposition::Repeated | Disposition::Refused => None,
         }

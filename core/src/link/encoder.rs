@@ -61,7 +61,21 @@ impl Encoder {
         &mut self,
         correspondence: &Correspondence<f32>,
     ) -> Result<[u8; RECORD_BYTES], EncodeError> {
-        self.push_record(&MatchRecord::encode(correspondence, &self.header)?)
+        self.push_tracked(correspondence, 0)
+    }
+
+    /// Encodes the next match, which a tracker follows.
+    ///
+    /// * `id`: number of the track; see [`MatchRecord::with_track`].
+    ///
+    /// # Errors
+    /// As [`Self::push`].
+    pub fn push_tracked(
+        &mut self,
+        correspondence: &Correspondence<f32>,
+        id: u16,
+    ) -> Result<[u8; RECORD_BYTES], EncodeError> {
+        self.push_record(&MatchRecord::encode(correspondence, &self.header)?.with_track(id))
     }
 
     /// Encodes the next record.

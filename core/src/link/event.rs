@@ -10,8 +10,8 @@ use crate::batch::correspondence::Correspondence;
 pub enum Event {
     /// A frame starts.
     Started(FrameHeader),
-    /// Correspondence of the frame, in px. Unverified until [`Event::Finished`].
-    Match(Correspondence<f32>),
+    /// Correspondence of the frame, in px, and its track, 0 without one. Unverified until [`Event::Finished`].
+    Match(Correspondence<f32>, u16),
     /// The frame is whole and its CRC correct: every match since [`Event::Started`] is as sent.
     Finished(FrameHeader),
     /// The frame is lost: drop every match since [`Event::Started`].
@@ -29,9 +29,6 @@ pub enum Damage {
     /// The next frame starts inside this one. If frequent, bytes are being lost.
     #[error("the next frame starts inside this one")]
     Truncated,
-    /// The CRC is correct, but a record is not of version 1. Correct the sender.
-    #[error("a record of the frame is not of version 1")]
-    Unsupported,
 }
 
-codes! { Damage { Crc = 1140, Truncated = 1141, Unsupported = 1142 } }
+codes! { Damage { Crc = 1140, Truncated = 1141 } }

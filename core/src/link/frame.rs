@@ -15,8 +15,6 @@ pub(super) enum Disposition {
     Repeated,
     /// Refused by the sink: dropped.
     Refused,
-    /// Holds a record outside version 1: discarded.
-    Unsupported,
 }
 
 /// Body of a frame, from its header to its CRC.
@@ -37,8 +35,8 @@ pub(super) struct FrameBody {
 pub(super) enum Step {
     /// Nothing to hand out.
     None,
-    /// Correspondence, unverified.
-    Match(Correspondence<f32>),
+    /// Correspondence and its track, unverified.
+    Match(Correspondence<f32>, u16),
     /// End of the frame; whether its CRC is correct.
     End(bool),
 }
@@ -67,7 +65,7 @@ impl FrameBody {
 
     /// Whether some of its matches may have been handed out.
     pub(super) fn was_handed_out(&self) -> bool {
-        matches!(self.disposition, Disposition::Accepted | Disposition::Unsupported)
+        self.disposition == Disposition::Accepted
     }
 
     /// Place of the bytes that the current record, or the CRC, still lacks.
@@ -88,8 +86,11 @@ impl FrameBody {
             let record = record_words(&self.partial);
             self.crc.add_words(record);
             self.records_left = self.records_left.saturating_sub(1);
-            let handed_out = self.disposition.handed_out(record, &self.scales);
-            return handed_out.map_or(Step::None, Step::Match);
+            if self.disposition != Disposition::Accepted {
+                return Step::None;
+            }
+            let record = MatchRecord::from_words(record);
+            return Step::Match(record.scaled(&self.scales), record.track());
         }
         let [c0, c1, c2, c3, ..] = self.partial;
         Step::End(u32::from_le_bytes([c0, c1, c2, c3]) == self.crc.value())
@@ -103,13 +104,14 @@ impl FrameBody {
     /// Takes records in one piece from the front of `bytes`, up to the last, or to one that may hold the start of a
     /// header.
     ///
-    /// * `most`: largest number of records; `take`: called with each correspondence, unverified, that is handed out.
+    /// * `most`: largest number of records; `take`: called with each correspondence and its track, unverified, that are handed
+    ///   out.
     #[inline(always)]
     pub(super) fn take_records(
         &mut self,
         bytes: &mut &[u8],
         most: usize,
-        mut take: impl FnMut(&Correspondence<f32>),
+        mut take: impl FnMut(&Correspondence<f32>, u16),
     ) {
         if !self.is_at_record() {
             return;
@@ -118,7 +120,8 @@ impl FrameBody {
         let most = most.min(self.records_left.into());
         let records = records.get(..most).unwrap_or(records);
         // Local variables: fields of `self` would be loaded and stored for each record.
-        let (mut crc, scales, mut disposition) = (self.crc.clone(), self.scales, self.disposition);
+        let (mut crc, scales) = (self.crc.clone(), self.scales);
+        let is_accepted = self.disposition == Disposition::Accepted;
         let mut left = records;
         while let [record, next @ ..] = left {
             let words = record_words(record);
@@ -128,30 +131,16 @@ impl FrameBody {
             }
             left = next;
             crc.add_words(words);
-            if let Some(correspondence) = disposition.handed_out(words, &scales) {
-                take(&correspondence);
+            if is_accepted {
+                let record = MatchRecord::from_words(words);
+                take(&record.scaled(&scales), record.track());
             }
         }
         let taken = records.len().saturating_sub(left.len());
         *bytes = bytes.get(RECORD_BYTES * taken..).unwrap_or_default();
         let taken = u16::try_from(taken).unwrap_or(u16::MAX);
         self.records_left = self.records_left.saturating_sub(taken);
-        (self.crc, self.disposition) = (crc, disposition);
-    }
-}
-
-impl Disposition {
-    /// Correspondence of a record in words, unverified, if it is handed out.
-    #[inline(always)]
-    fn handed_out(&mut self, record: [u32; 4], scales: &Scales) -> Option<Correspondence<f32>> {
-        if *self != Self::Accepted {
-            return None;
-        }
-        let Ok(record) = MatchRecord::from_words(record) else {
-            *self = Self::Unsupported;
-            return None;
-        };
-        Some(record.scaled(scales))
+        self.crc = crc;
     }
 }
 

@@ -11,7 +11,9 @@ pub(super) const RECORD_BYTES: usize = 16;
 pub(super) const CRC_BYTES: usize = 4;
 
 /// Highest pyramid level; the lowest is 0.
-pub(super) const MAX_LEVEL: u8 = 15;
+pub(super) const MAX_LEVEL: u8 = (1 << LEVEL_BITS) - 1;
+/// Bits of a pyramid level in a record; the track is above them.
+pub(super) const LEVEL_BITS: u8 = 4;
 
 /// The words of a record, the first byte of each in the low bits. They are read once, because reading them at each use
 /// takes a fifth more instructions. The code is written out, because at opt-level "s" the compiler does not unroll a

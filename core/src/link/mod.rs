@@ -2,7 +2,7 @@
 //!
 //! [`FrameHeader`] and [`MatchRecord`] encode and decode the wire format; [`Encoder`] makes whole frames of
 //! them. [`Decoder`] finds whole frames in a byte stream and resynchronises after damage. [`FrameSink`] receives the matches: a
-//! [`Calibrator`](crate::Calibrator), or a buffer of the caller. [`FpgaMatcher`] drives SPI with a
+//! [`Calibrator`](crate::Calibrator), a [`Tracking`] calibrator, or a buffer of the caller. [`FpgaMatcher`] drives SPI with a
 //! data-ready pin, [`StreamMatcher`] a UART or a DMA ring. The estimator does not depend on this module.
 #![doc = ""]
 #![doc = include_str!("FORMAT.md")]
@@ -21,6 +21,7 @@ mod receiver;
 mod record;
 mod sink;
 mod stream;
+mod tracking;
 mod window;
 
 pub use counters::Counters;
@@ -31,6 +32,7 @@ pub use event::{Damage, Event};
 pub use fpga::FpgaMatcher;
 pub use header::{FrameHeader, HeaderError};
 pub use receiver::{FrameReceiver, ReadStatus, ReceiveError};
-pub use record::{EncodeError, MatchRecord, RecordError};
+pub use record::{EncodeError, MatchRecord};
 pub use sink::{FrameRefusal, FrameSink, Received};
 pub use stream::StreamMatcher;
+pub use tracking::Tracking;

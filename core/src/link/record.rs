@@ -3,13 +3,16 @@
 use thiserror::Error;
 
 use super::header::{FrameHeader, Scales};
-use super::layout::{MAX_LEVEL, RECORD_BYTES, record_words};
+use super::layout::{LEVEL_BITS, MAX_LEVEL, RECORD_BYTES, record_words};
 use crate::batch::correspondence::Correspondence;
 use crate::error::SCORE;
 use crate::scalar::Scalar;
 
 /// Largest encoded coordinate: 24 bits, exact in `f32`.
 const MAX_COORDINATE: u32 = (1 << 24) - 1;
+
+/// Largest track: 12 bits.
+const MAX_TRACK: u16 = (1 << 12) - 1;
 
 /// Encoded score of 1.
 const FULL_SCORE: f32 = 65_535.0;
@@ -21,6 +24,7 @@ pub struct MatchRecord {
     right: [u32; 2],
     score: u16,
     level: u8,
+    track: u16,
 }
 
 /// Why a correspondence or the frame around it cannot be encoded.
@@ -45,22 +49,8 @@ pub enum EncodeError {
     Missing(u16),
 }
 
-/// Why 16 bytes with a correct CRC are not a record of version 1. Correct the sender.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[non_exhaustive]
-pub enum RecordError {
-    /// The pyramid level is above 15.
-    #[error("pyramid level {0} is not within 0 to 15")]
-    Level(u8),
-    /// The reserved byte is not 0.
-    #[error("the reserved byte is {0:#04x}, not 0")]
-    Reserved(u8),
-}
-
 codes! {
     EncodeError { Coordinate = 1120, Score = SCORE, GridStep = 1122, Full = 1123, Missing = 1124 }
-    RecordError { Level = 1130, Reserved = 1131 }
 }
 
 impl MatchRecord {
@@ -86,7 +76,22 @@ impl MatchRecord {
             right: [coordinate(c.right[0])?, coordinate(c.right[1])?],
             score: score.ok_or(EncodeError::Score)?,
             level: header.level_of(c.grid_step).ok_or(EncodeError::GridStep)?,
+            track: 0,
         })
+    }
+
+    /// The record of a match that a tracker follows.
+    ///
+    /// * `id`: number of the track; its low 12 bits are sent. If they are 0, the match is sent without a track.
+    #[must_use]
+    pub const fn with_track(self, id: u16) -> Self {
+        Self { track: id & MAX_TRACK, ..self }
+    }
+
+    /// Track of the match, up to 4095; 0 without one.
+    #[must_use]
+    pub const fn track(&self) -> u16 {
+        self.track
     }
 
     /// Encodes the record.
@@ -97,38 +102,29 @@ impl MatchRecord {
         let [c0, c1, c2, _] = self.right[0].to_le_bytes();
         let [d0, d1, d2, _] = self.right[1].to_le_bytes();
         let [s0, s1] = self.score.to_le_bytes();
-        [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, self.level, 0]
+        let [l0, l1] = (u16::from(self.level) | self.track << LEVEL_BITS).to_le_bytes();
+        [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, l0, l1]
     }
 
-    /// Decodes a record.
-    ///
-    /// # Errors
-    /// [`RecordError`].
+    /// Decodes a record; any bytes are one.
+    #[must_use]
     #[inline(always)]
-    pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Result<Self, RecordError> {
+    pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Self {
         Self::from_words(record_words(bytes))
     }
 
     /// Decodes a record in words.
     #[inline(always)]
-    pub(super) fn from_words([a, b, c, d]: [u32; 4]) -> Result<Self, RecordError> {
-        let [s0, s1, level, reserved] = d.to_le_bytes();
-        // Checks level and reserved byte at once.
-        if d >> 16 > MAX_LEVEL.into() {
-            let of_level = level > MAX_LEVEL;
-            return Err(if of_level {
-                RecordError::Level(level)
-            } else {
-                RecordError::Reserved(reserved)
-            });
-        }
+    pub(super) fn from_words([a, b, c, d]: [u32; 4]) -> Self {
+        let [s0, s1, l0, l1] = d.to_le_bytes();
         let coordinate = |bits: u32| bits & MAX_COORDINATE;
-        Ok(Self {
+        Self {
             left: [coordinate(a), coordinate(a >> 24 | b << 8)],
             right: [coordinate(b >> 16 | c << 16), c >> 8],
             score: u16::from_le_bytes([s0, s1]),
-            level,
-        })
+            level: l0 & MAX_LEVEL,
+            track: u16::from_le_bytes([l0, l1]) >> LEVEL_BITS,
+        }
     }
 
     /// Correspondence in px, exact.

@@ -22,7 +22,9 @@ pub trait FrameSink {
     fn start(&mut self, header: &FrameHeader) -> Result<(), FrameRefusal>;
 
     /// Takes one match, in px. The sink counts the matches it rejects.
-    fn take(&mut self, correspondence: &Correspondence<f32>);
+    ///
+    /// * `track`: as sent by a matcher that follows its points, up to 4095; 0 without one.
+    fn take(&mut self, correspondence: &Correspondence<f32>, track: u16);
 
     /// Ends a whole frame; returns the number of its matches held.
     fn finish(&mut self) -> usize;
@@ -56,6 +58,18 @@ pub struct Received {
     pub taken: usize,
 }
 
+/// A match in the scalar of a calibrator.
+#[inline(always)]
+pub(super) fn in_scalar<T: Scalar>(c: &Correspondence<f32>) -> Correspondence<T> {
+    let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
+    Correspondence {
+        left: [T::single(u_l), T::single(v_l)],
+        right: [T::single(u_r), T::single(v_r)],
+        score: T::single(c.score),
+        grid_step: T::single(c.grid_step),
+    }
+}
+
 /// The frame replaces the batch, which selects from a frame above its capacity.
 ///
 /// No frame is taken while a pair is being solved.
@@ -83,20 +97,13 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     }
 
     #[inline(always)]
-    fn take(&mut self, c: &Correspondence<f32>) {
+    fn take(&mut self, c: &Correspondence<f32>, _: u16) {
         // No pair is being solved while a frame arrives: its matches are hidden.
         if !self.batch.is_arriving() {
             return;
         }
-        let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
-        let correspondence = Correspondence {
-            left: [T::single(u_l), T::single(v_l)],
-            right: [T::single(u_r), T::single(v_r)],
-            score: T::single(c.score),
-            grid_step: T::single(c.grid_step),
-        };
         // The batch counts refused and omitted matches.
-        let _ = self.batch.push(&self.corrected, &correspondence);
+        let _ = self.batch.push(&self.corrected, &in_scalar(c));
     }
 
     fn finish(&mut self) -> usize {

@@ -84,12 +84,17 @@ pub struct Health<T: Scalar> {
     /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. With one, the numbers
     /// above say nothing of the calibration in use.
     pub cause: Option<Cause>,
+    /// Readings of [`crate::Calibrator::push_range`] since the last reset that contradicted the yaw: they were refused, or
+    /// wait until more of them agree. Saturates.
+    pub contradicting_ranges: u16,
+    /// As [`Health::contradicting_ranges`], for motions of [`crate::Calibrator::push_motion`].
+    pub contradicting_motions: u16,
     /// Reasons not to rely on the calibration in use; [`Health::may_arm`] answers an arming check. Vibration
     /// ([`Proposal::vibration`]) is in both RMS, and the arming check leaves it out.
     pub reasons: Reasons,
 }
 
-/// Outcome of the last pair, and the mistakes that it shows.
+/// Outcome of the last pair, the mistakes that it shows, and the witnesses so far.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LastPair {
     /// Why it was not fused; `None` if it was.
@@ -100,6 +105,8 @@ pub(crate) struct LastPair {
     pub(crate) cause: Option<Cause>,
     /// Mistake that most of the pairs since the estimate was last locked show.
     pub(crate) likeliest: Option<Cause>,
+    /// Ranges and motions that contradicted the yaw.
+    pub(crate) contradicting: [u16; 2],
 }
 
 /// Why there is no health, with the likeliest mistake in rig file or matcher. A mistake is named once four pairs have shown
@@ -166,6 +173,10 @@ impl<T: Scalar> fmt::Display for Health<T> {
         if let Some(cause) = self.cause {
             write!(f, ", likely cause: {cause}")?;
         }
+        let [ranges, motions] = [self.contradicting_ranges, self.contradicting_motions];
+        if ranges > 0 || motions > 0 {
+            write!(f, ", contradicted by {ranges} ranges and {motions} motions")?;
+        }
         if self.corner_px >= T::lit(NAMED_ROWS_PX) {
             write!(f, ", lens: rows off by {:.1} px at the corners", self.corner_px)?;
         }
@@ -221,6 +232,7 @@ impl<T: Scalar> Health<T> {
         let over_batch = proposed_px < in_use_px * T::lit(IMPROVEMENT);
         let improves = misaligned || proposal.improves.unwrap_or(over_batch);
         let off = proposed.unknowns_to(&in_use);
+        let [contradicting_ranges, contradicting_motions] = last.contradicting;
         let yaw_sd = proposal.covariance_lens.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
         Some(Self {
             in_use_px,
@@ -235,6 +247,8 @@ impl<T: Scalar> Health<T> {
             yaw: (off.y * off.y + yaw_sd * yaw_sd).sqrt(),
             rejection: last.rejection,
             cause: last.likeliest.or(last.cause),
+            contradicting_ranges,
+            contradicting_motions,
             reasons: proposal
                 .reasons()
                 .with(Reason::Misaligned, misaligned)

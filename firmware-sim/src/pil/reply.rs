@@ -340,7 +340,7 @@ mod tests {
             controller.push(&c).unwrap();
         }
         let outcome = crate::solve_and_fuse(controller);
-        PairOutcome { outcome, health: controller.health().ok() }
+        PairOutcome { outcome, health: controller.health().ok(), motion: None }
     }
 
     #[test]

@@ -122,6 +122,11 @@ pub(super) struct FlightArgs {
     #[arg(long)]
     pub(super) rangefinder: bool,
 
+    /// Let the vehicle move by 4 baselines before every tenth pair. The matcher tracks points over the move and sends their
+    /// tracks, which tell the yaw of the mount from the lens too.
+    #[arg(long)]
+    pub(super) motion: bool,
+
     /// Simulate hardware faults: 5 % of the frames damaged, 3 % lost, 2 % sent twice, noise after 2 %;
     /// data-ready stuck for some pairs in every hundred; power lost every fifty pairs, in half of the
     /// cases during a save. The firmware restores its estimate from flash.

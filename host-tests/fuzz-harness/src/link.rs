@@ -1,8 +1,11 @@
 //! Arbitrary streams: the decoder with any cut, and a calibrator as its sink.
 
 use arbitrary::{Arbitrary, Unstructured};
+use stereo_selfcal::depth::Tracks;
 use stereo_selfcal::geometry::metrics::Deviation;
-use stereo_selfcal::link::{Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord};
+use stereo_selfcal::link::{
+    Counters, Decoder, Event, FrameCrc, FrameHeader, MatchRecord, Tracking,
+};
 use stereo_selfcal::{Correspondence, FactoryCalibration, State};
 
 use super::check::{check_estimate, check_in_use};
@@ -10,6 +13,9 @@ use super::{Target, config, plausible, solve, usual_cameras};
 
 /// Records of a generated frame: more than the batch holds.
 const MOST: usize = 48;
+
+/// A match and its track.
+type Sent = (Correspondence<f32>, u16);
 
 /// Next item on the wire.
 #[derive(Debug, Clone, Arbitrary)]
@@ -41,6 +47,8 @@ struct Content {
     size: Option<[u16; 2]>,
     /// Whether it has usual matches, many, or arbitrary records.
     usual: bool,
+    /// Whether usual matches have tracks.
+    tracked: bool,
     records: Vec<[u8; MatchRecord::BYTES]>,
 }
 
@@ -62,8 +70,10 @@ impl Content {
         let mut crc = FrameCrc::new(&start);
         let mut bytes = start.to_vec();
         for record in records {
-            let [a, b, c, d, ..] = *record;
-            let usual = MatchRecord::encode(&plausible([a, b, c, d / 16]), &header);
+            let [a, b, c, d, track, ..] = *record;
+            let track = if self.tracked { track } else { 0 };
+            let usual = MatchRecord::encode(&plausible([a, b, c, d / 16]), &header)
+                .map(|record| record.with_track(track.into()));
             let record =
                 usual.ok().filter(|_| self.usual).map_or(*record, |usual| usual.to_bytes());
             crc.add(&record);
@@ -143,17 +153,17 @@ fn decode(mut stream: &[u8], cuts: &[usize]) -> (Vec<Event>, Counters) {
 
 /// Frames start and end, and those handed out are in the stream.
 fn check_order(events: &[Event], stream: &[u8]) {
-    let mut open: Option<(FrameHeader, Vec<Correspondence<f32>>)> = None;
+    let mut open: Option<(FrameHeader, Vec<Sent>)> = None;
     for event in events {
         match event {
             Event::Started(header) => {
                 assert!(open.replace((*header, Vec::new())).is_none(), "a frame within a frame");
             }
-            Event::Match(m) => {
+            Event::Match(m, track) => {
                 let numbers = [m.left[0], m.left[1], m.right[0], m.right[1], m.grid_step];
                 assert!(numbers.iter().all(|x| x.is_finite() && *x >= 0.0), "{m:?}");
                 assert!((0.0..=1.0).contains(&m.score), "{m:?}");
-                open.as_mut().expect("a frame has begun").1.push(*m);
+                open.as_mut().expect("a frame has begun").1.push((*m, *track));
             }
             Event::Discarded(_) => assert!(open.take().is_some(), "nothing to discard"),
             Event::Finished(header) => {
@@ -165,14 +175,15 @@ fn check_order(events: &[Event], stream: &[u8]) {
     }
 }
 
-fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -> bool {
+fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Sent]) -> bool {
     let start = header.encode().expect("it was decoded");
     stream.windows(header.frame_bytes()).filter(|frame| frame.starts_with(&start)).any(|frame| {
         let mut crc = FrameCrc::new(&start);
         let (records, end) = frame[FrameHeader::BYTES..].as_chunks::<{ MatchRecord::BYTES }>();
         let same = records.iter().zip(matches).all(|(record, m)| {
             crc.add(record);
-            MatchRecord::from_bytes(record).is_ok_and(|record| record.decode(header) == *m)
+            let record = MatchRecord::from_bytes(record);
+            (record.decode(header), record.track()) == *m
         });
         same && crc.value().to_le_bytes() == *end
     })
@@ -190,9 +201,11 @@ pub fn run_frames(bytes: &[u8]) {
     let made = FactoryCalibration::guess(usual_cameras([0; 5], false).expect("usual cameras"));
     let fresh = || Target::new(config, &made);
     let (mut calibrator, mut decoder, mut rest) = (fresh(), Decoder::new(), &stream[..]);
+    let mut tracks = Tracks::<f32, 32>::new();
     let mut acts = acts.iter().cycle();
     loop {
-        match decoder.feed(&mut rest, &mut calibrator) {
+        let mut sink = Tracking { calibrator: &mut calibrator, tracks: Some(&mut tracks) };
+        match decoder.feed(&mut rest, &mut sink) {
             Err(_) => continue,
             Ok(None) => break,
             Ok(Some(received)) => {
@@ -207,6 +220,8 @@ pub fn run_frames(bytes: &[u8]) {
         } else if calibrator.advance_pair().is_none() && act & 2 == 0 {
             calibrator.discard_pair();
         }
+        assert!(tracks.quads().len() <= 32);
+        let _ = calibrator.push_tracks(&mut tracks);
         if act & 4 != 0 {
             let _ = calibrator.apply();
         }

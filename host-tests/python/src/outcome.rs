@@ -137,6 +137,8 @@ pub(crate) fn health<'py>(
         of.fit_proposed,
         of.coverage,
         of.corner_px,
+        of.contradicting_ranges,
+        of.contradicting_motions,
         two(py, &classes.finding, (proposal.lens_yaw.value, proposal.lens_yaw.sd))?,
         proposal.lens.as_ref().map(|lens| lens_errors(py, classes, lens)).transpose()?,
         proposal.weakest().map(|(direction, sd)| (name(&direction), sd)),

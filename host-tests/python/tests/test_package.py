@@ -95,6 +95,11 @@ def test_ranges_tell_yaw(made: Made) -> None:
     assert taken >= 10
     health = calibrator.health()
     assert health is not None and health.yaw < 1e-3
+    before = health.contradicting_ranges
+    with pytest.raises(sc.RangeError, match="contradicts"):
+        calibrator.push_range(uv[3], 0.5, 0.01, along="axis")
+    health = calibrator.health()
+    assert health is not None and (health.contradicting_ranges, health.contradicting_motions) == (before + 1, 0)
     with pytest.raises(sc.RangeError, match="within 3 px"):
         calibrator.push_range((5.0, 5.0), 5.0, 0.05)
     with pytest.raises(sc.RangeError, match="baseline_m"):

@@ -65,7 +65,17 @@ impl Sender {
     /// A pair as one frame, and the number of its matches that no frame can carry: out of range, or beyond 65535.
     #[must_use]
     pub fn frame(&self, sequence: u32, pair: &[Match]) -> (Vec<u8>, usize) {
-        let encode = |m: &Match| MatchRecord::encode(&m.correspondence(), &self.header).ok();
+        let plain: Vec<(Match, u16)> = pair.iter().map(|m| (*m, 0)).collect();
+        self.tracked_frame(sequence, &plain)
+    }
+
+    /// As [`Sender::frame`], with the track of each match; 0 without one.
+    #[must_use]
+    pub fn tracked_frame(&self, sequence: u32, pair: &[(Match, u16)]) -> (Vec<u8>, usize) {
+        let encode = |(m, track): &(Match, u16)| {
+            let record = MatchRecord::encode(&m.correspondence(), &self.header);
+            record.map(|record| record.with_track(*track)).ok()
+        };
         let records: Vec<MatchRecord> =
             pair.iter().filter_map(encode).take(u16::MAX.into()).collect();
         let header = FrameHeader {

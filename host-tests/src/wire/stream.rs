@@ -55,7 +55,7 @@ impl<R: BufRead> Iterator for FrameReader<R> {
             self.input.consume(used);
             match event {
                 Some(Event::Started(_) | Event::Discarded(_)) => self.matches.clear(),
-                Some(Event::Match(m)) => self.matches.push(m),
+                Some(Event::Match(m, _)) => self.matches.push(m),
                 Some(Event::Finished(header)) => {
                     let matches = std::mem::take(&mut self.matches);
                     return Some(Ok(Frame { header, matches }));

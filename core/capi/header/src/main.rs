@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use cbindgen::{Builder, Config};
 
 /// In the order of the header.
-const SOURCES: [&str; 21] = [
+const SOURCES: [&str; 22] = [
     "capacity",
     "error",
     "enumeration",
@@ -32,6 +32,7 @@ const SOURCES: [&str; 21] = [
     "rectify",
     "record",
     "witness",
+    "tracks",
 ];
 
 /// Declarations inside of `c_enum!`, which cbindgen does not expand.

@@ -7,9 +7,7 @@ use std::fmt::Debug;
 use stereo_selfcal::batch::Pushed;
 use stereo_selfcal::depth::{MotionError, RangeError, Witnessed};
 use stereo_selfcal::geometry::{ProjectError, RectifyError, Side, UndistortError};
-use stereo_selfcal::link::{
-    Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError, RecordError,
-};
+use stereo_selfcal::link::{Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError};
 use stereo_selfcal::outcome::{Direction, Stop};
 use stereo_selfcal::{
     ApplyError, Band, Cause, Fused, NoHealth, PushError, Reason, Rejection, RestoreError, State,
@@ -180,8 +178,7 @@ fn errors_with_one_remedy_share_a_code_and_others_do_not() {
 
 #[test]
 fn the_other_errors_of_the_link_have_numbers_of_their_own() {
-    let record = [RecordError::Level(16), RecordError::Reserved(1)];
-    let damage = [Damage::Crc, Damage::Truncated, Damage::Unsupported];
+    let damage = [Damage::Crc, Damage::Truncated];
     let busy = FrameRefusal::Busy;
     let receive: [ReceiveError<u8, u8>; 5] = [
         ReceiveError::Bus(0),
@@ -191,14 +188,12 @@ fn the_other_errors_of_the_link_have_numbers_of_their_own() {
         ReceiveError::TimedOut,
     ];
     assert_complete("HeaderError", &HEADER);
-    assert_complete("RecordError", &record);
     assert_complete("EncodeError", &ENCODE);
     assert_complete("Damage", &damage);
     assert_complete("ReceiveError", &receive);
     // Errors of a header that the sender has to correct share a number, and so do scores.
     let numbers = [
         HEADER[..4].iter().map(HeaderError::code).collect(),
-        record.map(|error| error.code()).to_vec(),
         ENCODE.map(|error| error.code()).to_vec(),
         damage.map(|damage| damage.code()).to_vec(),
         receive.map(|error| error.code()).to_vec(),

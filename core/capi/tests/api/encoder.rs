@@ -175,13 +175,15 @@ fn wrong_pointers_and_storage_are_refused() {
         // SAFETY: as above.
         unsafe { selfcal_frame_match(encoder, &MATCH, null_mut()) },
         // SAFETY: as above.
+        unsafe { selfcal_frame_tracked_match(encoder, null(), 1, to) },
+        // SAFETY: as above.
         unsafe { selfcal_frame_end(encoder, null_mut()) },
         // SAFETY: as above.
         unsafe { selfcal_frame_check(null(), &MATCH) },
         // SAFETY: as above.
         unsafe { selfcal_frame_check(&HEADER, null()) },
     ];
-    assert_eq!(codes, [SELFCAL_ERROR_NULL; 8]);
+    assert_eq!(codes, [SELFCAL_ERROR_NULL; 9]);
     // SAFETY: as above.
     let small = unsafe { selfcal_frame_begin(encoder, 8, &HEADER, to) };
     assert_eq!(small, SELFCAL_ERROR_STORAGE_SIZE);

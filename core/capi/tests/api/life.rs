@@ -150,6 +150,10 @@ fn assert_same_health(cal: &mut Cal, twin: &Twin) {
         (rust.band.into(), rust.state.into(), rust.may_arm(), u32::from(rust.reasons.bits()) << 16)
     );
     assert_eq!(c.cause, rust.cause.into());
+    assert_eq!(
+        (c.contradicting_ranges, c.contradicting_motions),
+        (rust.contradicting_ranges, rust.contradicting_motions)
+    );
     assert_eq!(cause, c.cause);
     assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];

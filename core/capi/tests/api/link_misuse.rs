@@ -11,6 +11,7 @@ use crate::link::{Link, NONE, feed, frame};
 use crate::misuse::place;
 use crate::rig::{Cal, Observed, at_work, recorded};
 use crate::source;
+use crate::tracks::Joined;
 
 #[test]
 fn a_link_is_small_and_its_structures_have_no_padding() {
@@ -23,11 +24,23 @@ fn a_link_is_small_and_its_structures_have_no_padding() {
 
 /// Calls every function of a link, with valid arguments otherwise.
 fn every_function(link: *mut selfcal_link_t) -> Vec<(&'static str, selfcal_error_t)> {
-    let mut cal = Cal::new();
+    let (mut cal, mut tracks) = (Cal::new(), Joined::new());
     // SAFETY: live objects, except for the link under test.
     unsafe {
         vec![
             ("selfcal_link_feed", selfcal_link_feed(link, cal.ptr(), null(), 0, place(), place())),
+            (
+                "selfcal_link_feed_tracked",
+                selfcal_link_feed_tracked(
+                    link,
+                    cal.ptr(),
+                    tracks.ptr(),
+                    null(),
+                    0,
+                    place(),
+                    place(),
+                ),
+            ),
             ("selfcal_link_note_overrun", selfcal_link_note_overrun(link)),
             ("selfcal_link_counters", selfcal_link_counters(link, place())),
         ]

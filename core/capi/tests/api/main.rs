@@ -15,3 +15,4 @@ mod record_misuse;
 mod rig;
 mod source;
 mod storage;
+mod tracks;

@@ -9,6 +9,7 @@ use stereo_selfcal_capi::*;
 
 use crate::rig::{Cal, Observed, at_work, factory, get, recorded};
 use crate::source;
+use crate::tracks::Joined;
 
 pub(crate) static CORRESPONDENCE: selfcal_correspondence_t = selfcal_correspondence_t {
     left_px: [100.0, 100.0],
@@ -33,6 +34,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
     let range = selfcal_range_t { pixel_px: [9.0; 2], range_m: 5.0, sd_m: 0.1, along_axis: 0 };
     let tracked = selfcal_tracked_t { words: [0; 10] };
+    let mut tracks = Joined::new();
     let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());
     macro_rules! calls {
         ($($function:ident($($argument:expr),*);)*) => {
@@ -50,6 +52,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_push_range(&range, place());
         selfcal_track(c, c, place());
         selfcal_push_motion(&tracked, 1, place());
+        selfcal_push_tracks(tracks.ptr(), place());
         selfcal_batch(place());
         selfcal_take_pair(c, 1, place());
         selfcal_advance_pair(place(), place());

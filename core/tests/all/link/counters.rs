@@ -1,6 +1,6 @@
 //! Exact counters for every kind of damage.
 
-use crate::link::stream::{Frame, HEADER, received, sealed};
+use crate::link::stream::{Frame, received};
 use stereo_selfcal::link::{Counters, Damage, FrameHeader};
 
 fn plain(sequence: u32) -> Vec<u8> {
@@ -133,19 +133,6 @@ fn a_header_of_another_version_is_unsupported_and_its_frame_skipped() {
         (c.good, c.unsupported, c.gaps, c.skipped_bytes) = (2, 1, 1, 36 + 5 * 16);
     });
     assert_eq!(through(&[plain(1), other, plain(3)]), (vec![1, 3], vec![], expected));
-}
-
-#[test]
-fn a_record_outside_version_1_makes_the_frame_unsupported() {
-    for (at, value) in [(14, 16), (15, 1)] {
-        let mut record = [0; 16];
-        record[at] = value;
-        let header = FrameHeader { sequence: 2, count: 2, ..HEADER };
-        let foreign = sealed(&header.encode().unwrap(), &[record, [0; 16]]);
-        let expected = counters(|c| (c.good, c.unsupported) = (2, 1));
-        let got = through(&[plain(1), foreign, plain(3)]);
-        assert_eq!(got, (vec![1, 3], vec![Damage::Unsupported], expected));
-    }
 }
 
 #[test]

@@ -11,5 +11,6 @@ mod fpga;
 mod roundtrip;
 mod sink;
 mod stream;
+mod tracking;
 mod uart;
 mod vectors;

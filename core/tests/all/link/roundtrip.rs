@@ -1,9 +1,11 @@
 //! Encoding and decoding of headers, records and frames.
 
-use crate::link::stream::{Frame, HEADER, received};
+use crate::link::stream::{Frame, HEADER, events, received};
 use proptest::prelude::*;
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{EncodeError, FrameHeader, HeaderError, MatchRecord, RecordError};
+use stereo_selfcal::link::{
+    Decoder, EncodeError, Encoder, Event, FrameHeader, HeaderError, MatchRecord,
+};
 
 prop_compose! {
     pub(crate) fn headers()(
@@ -22,9 +24,8 @@ prop_compose! {
 }
 
 prop_compose! {
-    pub(crate) fn records()(mut bytes: [u8; 16], level in 0..=15_u8) -> MatchRecord {
-        [bytes[14], bytes[15]] = [level, 0];
-        MatchRecord::from_bytes(&bytes).unwrap()
+    pub(crate) fn records()(bytes: [u8; 16]) -> MatchRecord {
+        MatchRecord::from_bytes(&bytes)
     }
 }
 
@@ -97,15 +98,50 @@ fn a_header_outside_version_1_is_refused_with_the_field() {
     assert_eq!(with(7, 63), Err(HeaderError::PyramidRatio(63)));
 }
 
+proptest! {
+    #[test]
+    fn any_bytes_are_a_record_of_level_and_track(bytes: [u8; 16], id: u16) {
+        let record = MatchRecord::from_bytes(&bytes);
+        prop_assert_eq!(record.to_bytes(), bytes);
+        prop_assert_eq!(record.track(), u16::from_le_bytes([bytes[14], bytes[15]]) >> 4);
+        let other = record.with_track(id);
+        prop_assert_eq!(other.track(), id % 4096);
+        prop_assert_eq!(other.with_track(record.track()), record);
+        prop_assert_eq!(other.decode(&HEADER), record.decode(&HEADER));
+    }
+
+    #[test]
+    fn a_track_is_received_with_its_match(
+        header in headers(),
+        records in prop::collection::vec(records(), 0..40),
+    ) {
+        let header = FrameHeader { count: records.len() as u16, ..header };
+        let (mut encoder, mut bytes) = Encoder::begin(header).map(|(e, start)| (e, start.to_vec())).unwrap();
+        bytes.extend(records.iter().flat_map(|record| encoder.push_record(record).unwrap()));
+        bytes.extend(encoder.finish().unwrap());
+        let sent: Vec<_> = records.iter().map(|r| (r.decode(&header), r.track())).collect();
+        // In one piece, and byte by byte.
+        for piece in [bytes.len(), 1] {
+            let events = events(&mut Decoder::new(), bytes.chunks(piece));
+            let matches = events.iter().filter_map(|event| match event {
+                Event::Match(c, track) => Some((*c, *track)),
+                _ => None,
+            });
+            prop_assert_eq!(matches.collect::<Vec<_>>(), sent.clone());
+        }
+    }
+}
+
 #[test]
-fn a_record_outside_version_1_is_refused_with_the_field() {
-    let with = |at: usize, value: u8| {
-        let mut bytes = [0; 16];
-        bytes[at] = value;
-        MatchRecord::from_bytes(&bytes)
-    };
-    assert_eq!(with(14, 16), Err(RecordError::Level(16)));
-    assert_eq!(with(15, 1), Err(RecordError::Reserved(1)));
+fn a_match_without_a_track_is_sent_as_track_0() {
+    let c = Correspondence { left: [9.0; 2], right: [8.0; 2], score: 1.0, grid_step: 1.0 };
+    assert_eq!(MatchRecord::encode(&c, &HEADER).unwrap().track(), 0);
+    let header = FrameHeader { count: 2, ..HEADER };
+    let mut encoder = Encoder::begin(header).unwrap().0;
+    let [plain, tracked] = [encoder.push(&c), encoder.push_tracked(&c, 5000)].map(Result::unwrap);
+    assert_eq!(MatchRecord::from_bytes(&plain).track(), 0);
+    assert_eq!(MatchRecord::from_bytes(&tracked).track(), 5000 % 4096);
+    assert_eq!(plain[..14], tracked[..14]);
 }
 
 #[test]

@@ -20,7 +20,7 @@ impl FrameSink for Taken {
         Ok(())
     }
 
-    fn take(&mut self, correspondence: &Correspondence<f32>) {
+    fn take(&mut self, correspondence: &Correspondence<f32>, _: u16) {
         self.matches.push(*correspondence);
     }
 

@@ -85,7 +85,7 @@ pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
                 assert!(open.is_none(), "a frame starts inside another");
                 open = Some(Frame { header: *header, matches: Vec::new() });
             }
-            Event::Match(c) => open.as_mut().unwrap().matches.push(*c),
+            Event::Match(c, _) => open.as_mut().unwrap().matches.push(*c),
             Event::Finished(header) => {
                 let frame = open.take().unwrap();
                 assert_eq!(frame.header, *header);

@@ -51,7 +51,16 @@ fn maximal() -> Vec<u8> {
     };
     let mut record = [0xff; MatchRecord::BYTES];
     [record[14], record[15]] = [15, 0];
-    frame(header, &[MatchRecord::from_bytes(&record).unwrap(); 3])
+    frame(header, &[MatchRecord::from_bytes(&record); 3])
+}
+
+/// Two matches, one of them with a track.
+fn tracked() -> Vec<u8> {
+    let header = FrameHeader { sequence: 1, ..HEADER };
+    let one =
+        Correspondence { left: [960.0, 600.0], right: [910.5, 601.25], score: 1.0, grid_step: 1.0 };
+    let record = MatchRecord::encode(&one, &header).unwrap();
+    frame(header, &[record, record.with_track(0x5a3)])
 }
 
 fn flipped(mut bytes: Vec<u8>, at: usize) -> Vec<u8> {
@@ -59,7 +68,7 @@ fn flipped(mut bytes: Vec<u8>, at: usize) -> Vec<u8> {
     bytes
 }
 
-fn vectors() -> [(&'static str, Vec<u8>); 7] {
+fn vectors() -> [(&'static str, Vec<u8>); 8] {
     [
         ("empty", frame(HEADER, &[])),
         ("good", good(1)),
@@ -67,6 +76,7 @@ fn vectors() -> [(&'static str, Vec<u8>); 7] {
         ("damaged_header", [flipped(good(1), 25), good(2)].concat()),
         ("damaged_body", [flipped(good(1), 40), good(2)].concat()),
         ("cut", [&good(1)[..50], &good(2)].concat()),
+        ("tracked", tracked()),
         ("repeated", [good(1), good(1), good(2)].concat()),
     ]
 }
@@ -77,7 +87,8 @@ fn meaning(name: &str, bytes: &[u8]) -> String {
     while let Some(event) = decoder.next(&mut rest) {
         match event {
             Event::Finished(h) => writeln!(events, "whole {h:?}").unwrap(),
-            Event::Match(m) => writeln!(events, "match {m:?}").unwrap(),
+            Event::Match(m, 0) => writeln!(events, "match {m:?}").unwrap(),
+            Event::Match(m, track) => writeln!(events, "match {m:?}, track {track}").unwrap(),
             Event::Discarded(why) => writeln!(events, "discarded {why:?}").unwrap(),
             Event::Started(h) => writeln!(events, "started, sequence {}", h.sequence).unwrap(),
         }

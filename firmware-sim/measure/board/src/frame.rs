@@ -23,7 +23,7 @@ impl FrameSink for DiscardingSink {
     }
 
     #[inline(never)]
-    fn take(&mut self, correspondence: &Correspondence<f32>) {
+    fn take(&mut self, correspondence: &Correspondence<f32>, _: u16) {
         core::hint::black_box(correspondence);
     }
 

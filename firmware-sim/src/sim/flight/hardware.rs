@@ -121,7 +121,9 @@ impl Hardware {
     }
 
     /// Sends the frame of a pair, with the faults of wire and data-ready.
-    pub(super) fn send(&mut self, sequence: u32, pair: &[Match]) {
+    ///
+    /// * `pair`: matches, each with its track, or 0.
+    pub(super) fn send(&mut self, sequence: u32, pair: &[(Match, u16)]) {
         self.stuck_for = self.stuck_for.saturating_sub(1);
         if self.stuck_for == 0 && self.rng.random_bool(self.profile.stuck) {
             self.stuck_for = self.rng.random_range(1..=STUCK_FOR);
@@ -130,7 +132,7 @@ impl Hardware {
         } else if self.stuck_for == 0 {
             self.wire.set_ready(DataReady::Works);
         }
-        let (frame, _) = self.sender.frame(sequence, pair);
+        let (frame, _) = self.sender.tracked_frame(sequence, pair);
         if self.wire.waiting() >= BUFFERED_FRAMES * frame.len() {
             return;
         }

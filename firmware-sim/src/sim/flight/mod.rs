@@ -9,13 +9,14 @@ use std::io::Write;
 
 use anyhow::{Result, ensure};
 use firmware_sim::{App, Controller, PairOutcome};
-use host_tests::data::{in_f64, ranges};
+use host_tests::data::tracked::Track;
+use host_tests::data::{Match, in_f64, ranges};
 use host_tests::run::{Verdict, progress, timeline};
 use host_tests::synth::{
-    Disturbance, Rangefinder, Scenario, ScenarioKind, ScenarioPair, Scene, Witnesses, rig,
+    Disturbance, Motion, Rangefinder, Scenario, ScenarioKind, ScenarioPair, Scene, Witnesses, rig,
 };
 use host_tests::wire::Sender;
-use stereo_selfcal::depth::{RangeError, Witnessed};
+use stereo_selfcal::depth::{Tracks, Witnessed};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Camera, Cameras, Config, Extrinsics, FactoryCalibration, Health, Intrinsics, Lens, Scalar,
@@ -35,6 +36,13 @@ const ASSEMBLED_DEG: ([f64; 3], [f64; 2]) = ([0.8, -0.5, 0.6], [0.7, -0.4]);
 /// Standard deviation of the rangefinder over the distance, and share of its readings that are of something nearer.
 const RANGE_SD: f64 = 0.01;
 const RANGE_NEARER: f64 = 0.1;
+
+/// Move of the vehicle before every tenth pair.
+const MOTION: Motion = Motion { travel: 4.0, turn_deg: 1.0 };
+
+/// Tracks of a move have numbers of their own, until they start again.
+const TRACKS: u16 = 512;
+const MOVES: u32 = 7;
 
 /// The calibration after one pair of the flight.
 struct Moment {
@@ -67,12 +75,12 @@ pub(super) fn run(args: &FlightArgs, out: &mut impl Write) -> Result<()> {
     writeln!(out, "\n{outcome}")?;
     writeln!(out, "applied            {} times automatically", result.generation)?;
     writeln!(out, "{}", result.io_stats)?;
-    if args.rangefinder {
-        let [taken, waiting, refused] = result.ranges;
-        writeln!(
-            out,
-            "rangefinder        {taken} readings taken, {waiting} held back, {refused} refused"
-        )?;
+    let witnesses = [
+        ("rangefinder", "readings", args.rangefinder, result.ranges),
+        ("motion", "moves", args.motion, result.motions),
+    ];
+    for (name, what, _, [taken, waiting, refused]) in witnesses.iter().filter(|(.., on, _)| *on) {
+        writeln!(out, "{name:19}{taken} {what} taken, {waiting} held back, {refused} refused")?;
     }
     let title = format!(
         "A flight: the right camera is knocked by {}° at pair {}",
@@ -94,7 +102,7 @@ fn scenario(args: &FlightArgs) -> Result<Scenario> {
     let baseline_m = args.baseline.into();
     let rangefinder = Rangefinder { baseline_m, sd: RANGE_SD, nearer: RANGE_NEARER };
     let rangefinder = args.rangefinder.then_some(rangefinder);
-    let witnesses = Witnesses { rangefinder, motion: None };
+    let witnesses = Witnesses { rangefinder, motion: args.motion.then_some(MOTION) };
     Ok(Scenario { scene, turn_deg: args.knock, witnesses, ..named })
 }
 
@@ -107,6 +115,8 @@ struct FlightResult {
     io_stats: IoStats,
     /// Readings of the rangefinder that were taken, held back, refused.
     ranges: [u32; 3],
+    /// The same of the moves.
+    motions: [u32; 3],
 }
 
 fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<FlightResult> {
@@ -130,13 +140,18 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
         if result.io_stats.start(resumed, calibrator.state()) {
             bar.suspend(|| log::resumed(out, resumed, &calibrator))?;
         }
-        let mut app = App::new(hardware.driver(), &mut calibrator).applying();
-        for ((sequence, frame), calm) in pairs.by_ref() {
+        let mut tracks = Box::new(Tracks::new());
+        let mut app = App::new(hardware.driver(), &mut calibrator).applying().tracking(&mut tracks);
+        while let Some(((sequence, frame), calm)) = pairs.next() {
             let ScenarioPair { pair, witnessed, .. } = frame;
-            hardware.send(sequence, &pair.matches);
+            let next = pairs.peek().map_or(&[][..], |((_, next), _)| &next.witnessed.tracks);
+            hardware.send(sequence, &tracked(sequence, &pair.matches, &witnessed.tracks, next));
             let pair_outcome = poll_until_idle(&mut app)?.map(|processed| processed.pair);
             for reading in witnessed.readings.iter().filter(|_| pair_outcome.is_some()) {
-                result.note_range(app.push_range(&ranges::in_scalar(reading)));
+                note(&mut result.ranges, app.push_range(&ranges::in_scalar(reading)).ok());
+            }
+            if let Some(motion) = pair_outcome.as_ref().and_then(|pair| pair.motion) {
+                note(&mut result.motions, motion.ok());
             }
             let calibrator = app.calibrator();
             let health = pair_outcome.as_ref().and_then(|pair| pair.health);
@@ -171,16 +186,32 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
     Ok(result)
 }
 
-impl FlightResult {
-    fn note_range(&mut self, outcome: Result<Witnessed, RangeError>) {
-        let [taken, waiting, refused] = &mut self.ranges;
-        *match outcome {
-            Ok(Witnessed::Taken) => taken,
-            Ok(Witnessed::Waiting) => waiting,
-            Err(_) => refused,
-        } += 1;
-    }
+/// The matches of a pair with their tracks. The points of a move are in the pair before it too.
+///
+/// * `own`, `next`: tracks of the moves before this pair and before the next one.
+fn tracked(sequence: u32, pair: &[Match], own: &[Track], next: &[Track]) -> Vec<(Match, u16)> {
+    // No pair comes before the first.
+    let first = |sequence: u32| 1 + TRACKS * u16::try_from(sequence % MOVES).unwrap_or(0);
+    let own: &[Track] = if sequence == 0 { &[] } else { own };
+    let track = |m: &Match| {
+        let mut tracks = own.iter().zip(first(sequence)..);
+        tracks.find(|([_, now], _)| now == m).map_or(0, |(_, track)| track)
+    };
+    let now = pair.iter().map(|m| (*m, track(m)));
+    let before = next.iter().map(|[before, _]| *before).zip(first(sequence + 1)..);
+    now.chain(before).collect()
+}
 
+/// * `outcome`: `None` if it was refused.
+fn note([taken, waiting, refused]: &mut [u32; 3], outcome: Option<Witnessed>) {
+    *match outcome {
+        Some(Witnessed::Taken) => taken,
+        Some(Witnessed::Waiting) => waiting,
+        None => refused,
+    } += 1;
+}
+
+impl FlightResult {
     /// Records the calibration after a pair, or after a missing one.
     ///
     /// * `calm`: the rig of the pair without its vibration.
@@ -291,6 +322,17 @@ mod tests {
         assert!(taken >= 10 && waiting + refused >= 1, "{taken}, {waiting}, {refused}");
         let error = moments.last().unwrap().error.rotation.to_degrees();
         assert!(error < 0.05, "{error}");
+    }
+
+    #[test]
+    fn tracks_of_the_matcher_tell_the_yaw_as_ranges_do() {
+        let (FlightResult { motions: [taken, ..], moments, .. }, _, log) =
+            flight(&["--pairs", "160", "--motion"]);
+        assert!(taken >= 8, "{taken}: {log}");
+        let error = moments.last().unwrap().error.rotation.to_degrees();
+        assert!(error < 0.05, "{error}: {log}");
+        let (FlightResult { motions, .. }, ..) = flight(&["--pairs", "40"]);
+        assert_eq!(motions, [0; 3]);
     }
 
     #[test]

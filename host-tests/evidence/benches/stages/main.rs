@@ -113,7 +113,7 @@ fn decode() {
     let matches = |decoder: &mut Decoder| {
         let mut bytes = &frame[..];
         std::iter::from_fn(|| decoder.next(&mut bytes))
-            .filter(|event| matches!(event, Event::Match(_)))
+            .filter(|event| matches!(event, Event::Match(..)))
             .count()
     };
     stage("a frame from bytes to matches", Decoder::new, matches);

@@ -101,6 +101,9 @@ class Health:
         Share of the cells of an 8 x 6 grid over the image with a match that fits.
     corner_px : float
         Row offset that the apparent yaw of the lenses leaves in the corner of the image, px.
+    contradicting_ranges, contradicting_motions : int
+        Readings of `push_range` and `push_motion` since the last reset that contradicted the yaw: refused, or
+        waiting until more of them agree.
     lens_yaw : Finding
         Apparent yaw of the lenses, rad.
     lens : dict or None
@@ -122,6 +125,8 @@ class Health:
     fit_proposed: int
     coverage: float
     corner_px: float
+    contradicting_ranges: int
+    contradicting_motions: int
     lens_yaw: Finding
     lens: dict[str, Finding] | None
     weakest: tuple[str, float] | None

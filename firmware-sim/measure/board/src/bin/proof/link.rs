@@ -6,8 +6,10 @@ use core::hint::black_box;
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, ErrorKind, Operation, SpiDevice};
 use embedded_io::{Read, ReadReady};
+use stereo_selfcal::depth::Tracks;
 use stereo_selfcal::link::{
     Decoder, Encoder, FpgaMatcher, FrameCrc, FrameHeader, FrameSink, MatchRecord, StreamMatcher,
+    Tracking,
 };
 use stereo_selfcal::{Calibrator, Cameras, Config, FactoryCalibration};
 
@@ -75,20 +77,19 @@ fn bytes() {
         show(header.grid_step_px(black_box(0)));
         show(header.level_of(number()));
         if let Ok(record) = MatchRecord::encode(&solver::correspondence(), &header) {
-            show(record.to_bytes());
+            show(record.with_track(black_box(0)).to_bytes());
         }
-        if let Ok(record) = MatchRecord::from_bytes(&black_box([0; MatchRecord::BYTES])) {
-            show(record.decode(&header));
-        }
+        let record = MatchRecord::from_bytes(&black_box([0; MatchRecord::BYTES]));
+        show((record.decode(&header), record.track()));
     }
     if let Ok(header) = FrameHeader::decode(&bytes)
         && let Ok((mut encoder, start)) = Encoder::begin(header)
     {
         show(start);
         show(encoder.push(&solver::correspondence()));
-        if let Ok(record) = MatchRecord::from_bytes(&black_box([0; MatchRecord::BYTES])) {
-            show(encoder.push_record(&record));
-        }
+        show(encoder.push_tracked(&solver::correspondence(), black_box(0)));
+        let record = MatchRecord::from_bytes(&black_box([0; MatchRecord::BYTES]));
+        show(encoder.push_record(&record));
         show(encoder.missing());
         show(encoder.finish());
     }
@@ -110,10 +111,30 @@ fn decoder(calibrator: &mut Calibrator<f32, 256>) {
         show(decoder.bytes_wanted());
         show(decoder.counters().plus(decoder.counters()));
     }
+    let mut tracks = if black_box(false) { Tracks::new() } else { Tracks::default() };
+    let mut sink = Tracking { calibrator, tracks: Some(&mut tracks) };
+    while black_box(true) {
+        let mut piece = bytes.get(..length).unwrap_or_default();
+        show(decoder.feed(&mut piece, &mut sink));
+    }
+    show(sink.is_busy());
+    sink.discard();
+    self::tracks(calibrator, &mut tracks);
     show(calibrator.is_busy());
     show(calibrator.advance_pair());
     calibrator.discard();
     show(calibrator.finish());
+}
+
+fn tracks(calibrator: &mut Calibrator<f32, 256>, tracks: &mut Tracks<f32, 128>) {
+    tracks.begin();
+    if let Ok(rays) = calibrator.factory().cameras.rays(&solver::correspondence()) {
+        tracks.push(black_box(0), &rays);
+    }
+    tracks.end();
+    show(tracks.quads().len());
+    show(calibrator.push_tracks(tracks).map_err(|error| error.code()));
+    tracks.restart();
 }
 
 fn fpga(calibrator: &mut Calibrator<f32, 256>) {

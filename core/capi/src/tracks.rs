@@ -1,0 +1,107 @@
+//! Tracks of a matcher that follows its points: matches of two frames, joined by the numbers of their tracks.
+
+use core::mem::MaybeUninit;
+
+use stereo_selfcal::depth::Tracks;
+use stereo_selfcal::link::Tracking;
+
+use crate::capacity::SELFCAL_CAPACITY;
+use crate::error::{selfcal_error_t, status};
+use crate::instance::{exclusive, selfcal_t};
+use crate::link::{feed, selfcal_frame_t, selfcal_link_t};
+use crate::marked::{self, Marked};
+use crate::pointer::Out;
+use crate::witness::selfcal_witnessed_t;
+
+/// Size of `selfcal_tracks_t` in words of 8 bytes, sufficient on every target.
+pub const SELFCAL_TRACKS_STORAGE_WORDS: usize = 3 + 66 * SELFCAL_CAPACITY / 8;
+
+/// Size of `selfcal_tracks_t`, bytes.
+pub const SELFCAL_TRACKS_STORAGE_SIZE: usize = 8 * SELFCAL_TRACKS_STORAGE_WORDS;
+
+/// Matches of an earlier frame and of the last one, joined by the tracks that a matcher sends with them; up to
+/// `SELFCAL_CAPACITY`. The caller owns it, as a `selfcal_t`. One for each link.
+#[repr(C)]
+pub struct selfcal_tracks_t {
+    /// Private.
+    opaque: [MaybeUninit<u64>; SELFCAL_TRACKS_STORAGE_WORDS],
+}
+
+/// Content of an initialised `selfcal_tracks_t`.
+#[repr(C)]
+struct Joined {
+    magic: [u32; 3],
+    tracks: Tracks<f32, SELFCAL_CAPACITY>,
+}
+
+// SAFETY: `repr(C)`, and the magic is the first field.
+unsafe impl Marked for Joined {
+    /// "SELFTRCK".
+    const NAME: [u32; 2] = [0x5345_4C46, 0x5452_434B];
+}
+
+const _: () = assert!(size_of::<Joined>() <= size_of::<selfcal_tracks_t>());
+const _: () = assert!(align_of::<Joined>() <= align_of::<selfcal_tracks_t>());
+const _: () = assert!(size_of::<selfcal_tracks_t>() == SELFCAL_TRACKS_STORAGE_SIZE);
+
+/// Initialises tracks. Call it before the others; it also forgets the frames of tracks in use.
+///
+/// * `size`: size of the storage, bytes: `sizeof(selfcal_tracks_t)`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_tracks_init(
+    tracks: *mut selfcal_tracks_t,
+    size: usize,
+) -> selfcal_error_t {
+    status(|| {
+        let place = tracks.cast::<Joined>();
+        marked::check_place(place, size)?;
+        // SAFETY: not null, aligned and large enough. Field by field: keeps the whole off the stack.
+        unsafe {
+            (&raw mut (*place).tracks).write(Tracks::new());
+            (&raw mut (*place).magic).write(Joined::MAGIC);
+        }
+        Ok(())
+    })
+}
+
+/// `selfcal_link_feed` for a matcher that sends tracks: `tracks` receive each frame too.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_link_feed_tracked(
+    link: *mut selfcal_link_t,
+    cal: *mut selfcal_t,
+    tracks: *mut selfcal_tracks_t,
+    bytes: *const u8,
+    length: usize,
+    used: *mut usize,
+    frame: *mut selfcal_frame_t,
+) -> selfcal_error_t {
+    // SAFETY: the caller keeps the contract of the crate; storage is as large as `Joined`.
+    unsafe {
+        feed(link, cal, bytes, length, used, frame, |decoder, bytes, calibrator| {
+            let tracks = &mut marked::exclusive(tracks.cast::<Joined>())?.tracks;
+            Ok(decoder.feed(bytes, &mut Tracking { calibrator, tracks: Some(tracks) })?)
+        })
+    }
+}
+
+/// `selfcal_push_motion` of the matches that an earlier frame and that of the last pair share, once the pair has ended.
+/// After a measurement the last frame is the earlier one; until the rig has moved far enough
+/// (`SELFCAL_ERROR_NO_MOTION`), later frames are joined to the same one.
+///
+/// * `witnessed`: effect on the estimate; may be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_push_tracks(
+    cal: *mut selfcal_t,
+    tracks: *mut selfcal_tracks_t,
+    witnessed: *mut selfcal_witnessed_t,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate; storage is as large as `Joined`.
+        let (instance, joined, out) = unsafe {
+            let instance = exclusive(cal)?;
+            (instance, marked::exclusive(tracks.cast::<Joined>())?, Out::optional(witnessed)?)
+        };
+        out.set(instance.calibrator.push_tracks(&mut joined.tracks)?.into());
+        Ok(())
+    })
+}
