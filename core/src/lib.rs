@@ -138,7 +138,7 @@
 //! | in use | Calibration that the caller rectifies with; [`Calibrator::apply`] changes it, and then its generation number. |
 //! | proposal | The estimate over all fused pairs, which `apply` puts into use. |
 //! | challenger | An estimate of the pairs that disagree with the reported one; three pairs that show another rig promote it. |
-//! | repeated scene | A pair with the matches of the pair before it: the vehicle is at rest. It replaces that pair. |
+//! | repeated scene | A pair with the matches of the pair before it: the vehicle is at rest. It adds nothing. |
 //! | witness | A measurement of the yaw of the mount alone: a known distance, or tracked matches of a rig that moves. |
 
 #![no_std]

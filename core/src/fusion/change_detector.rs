@@ -16,7 +16,7 @@ use crate::thresholds::{LONG_DECAY, MAX_NIS, SHORT_DECAY, SHORT_PAIRS, WARM_UP_P
 /// Two windows over the last pairs.
 #[derive(Debug, Clone)]
 pub(super) struct ChangeDetector<T: Scalar> {
-    /// Short window without the last pair, in the frame of the hypothesis.
+    /// Short window, in the frame of the hypothesis.
     short: Moments<T>,
     /// Variance of the short window's gradient: weights enter squared.
     short_variance: Information<T>,
@@ -43,27 +43,21 @@ impl<T: Scalar> ChangeDetector<T> {
         *self = Self::NEW;
     }
 
-    /// Moves the last pair into the short window, before the hypothesis takes another one.
-    #[inline(never)]
-    pub(super) fn shift(&mut self, last: &Moments<T>) {
-        self.short.add(last);
-        self.short.scale(T::lit(SHORT_DECAY));
-    }
-
     /// Adds a pair that the hypothesis already includes; returns whether the rig has changed.
     ///
-    /// * `moved`: step of the hypothesis, rad.
+    /// * `pair`: moments of the pair, in the frame of the hypothesis; `moved`: step of the hypothesis, rad.
     #[inline(never)]
     pub(super) fn add(
         &mut self,
         hypothesis: &Hypothesis<T>,
+        pair: &Moments<T>,
         measurement: &PairMeasurement<T>,
         moved: &Vector5<T>,
         context: &Context<'_, T>,
     ) -> bool {
+        self.short.scale(T::lit(SHORT_DECAY));
+        self.short.add(pair);
         let biased = measurement.biased_at(hypothesis.pose());
-        let pair = biased.normal;
-        let short = hypothesis.normal_equations(&self.short).plus(&pair);
         // The long window follows the pose by its information, so its noise must be subtracted.
         let debiased = biased.debiased();
         let [decay, long_decay] = [T::lit(SHORT_DECAY), T::lit(LONG_DECAY)];
@@ -77,10 +71,10 @@ impl<T: Scalar> ChangeDetector<T> {
             }
             variance
         };
-        self.short_variance = add(&self.short_variance, decay, &pair);
+        self.short_variance = add(&self.short_variance, decay, &biased.normal);
         self.long_variance = add(&self.long_variance, long_decay, &debiased);
         self.pairs = self.pairs.saturating_add(1);
-        self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, &short, context)
+        self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, context)
     }
 
     /// Replaces the older pairs of the hypothesis by the short window. False, without effect, if the short window leads
@@ -98,14 +92,7 @@ impl<T: Scalar> ChangeDetector<T> {
     }
 
     /// Whether a window exceeds its limit.
-    ///
-    /// * `short`: short window with the last pair, about the pose of the hypothesis.
-    fn has_changed(
-        &self,
-        hypothesis: &Hypothesis<T>,
-        short: &NormalEquations<T>,
-        context: &Context<'_, T>,
-    ) -> bool {
+    fn has_changed(&self, hypothesis: &Hypothesis<T>, context: &Context<'_, T>) -> bool {
         let limit = T::lit(MAX_NIS) * hypothesis.reduced_chi_square();
         // Score test: squared gradient at the pose over its variance under the hypothesis.
         let rejects = |window: &NormalEquations<T>, variance: &Information<T>| {
@@ -114,7 +101,8 @@ impl<T: Scalar> ChangeDetector<T> {
             let statistic = variance.inverse_form(&window.gradient);
             statistic.is_some_and(|statistic| statistic > limit)
         };
-        rejects(short, &self.short_variance) || rejects(&self.long, &self.long_variance)
+        let short = hypothesis.normal_equations(&self.short);
+        rejects(&short, &self.short_variance) || rejects(&self.long, &self.long_variance)
     }
 
     /// Pairs since the start or the last detection.

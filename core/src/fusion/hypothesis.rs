@@ -37,10 +37,10 @@ pub(crate) struct Hypothesis<T: Scalar> {
     pose: RectifyingRotations<T>,
     /// Frame of the sums: the pose at their start.
     frame: RectifyingRotations<T>,
-    /// Moments of all pairs but the last; for a vibrating rig as if it had rested at the frame.
-    settled: Moments<T>,
-    /// Moments of the last pair, which a repeated scene replaces.
-    last: Moments<T>,
+    /// Moments of all pairs; for a vibrating rig as if it had rested at the frame.
+    sums: Moments<T>,
+    /// Equations of the last pair about the pose; zero without such a pair.
+    last: NormalEquations<T>,
     halves: ImageHalves<T>,
     /// Equations of the same pairs for the mean of a vibrating rig.
     marginal: MarginalSums<T>,
@@ -58,7 +58,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
     reduced_chi_square: T,
     /// Step of the last detected change, decaying, rad; it widens the covariance in case a drift continues.
     drift: Vector5<T>,
-    /// Pairs in the sums; those of a repeated scene count once.
+    /// Pairs in the sums.
     pairs: u32,
 }
 
@@ -66,7 +66,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
 #[derive(Debug)]
 pub(super) struct Update<T: Scalar> {
     /// Moments of the pair, in the frame of the hypothesis.
-    last: Moments<T>,
+    pub(super) pair: Moments<T>,
     /// Optimum of the sums with the pair.
     optimum: Optimum<T>,
     /// Sums with the pair about the pose before it.
@@ -75,7 +75,7 @@ pub(super) struct Update<T: Scalar> {
 
 impl<T: Scalar> Update<T> {
     pub(super) const NONE: Self =
-        Self { last: Moments::ZERO, optimum: Optimum::NONE, marginal: MarginalSums::NONE };
+        Self { pair: Moments::ZERO, optimum: Optimum::NONE, marginal: MarginalSums::NONE };
 }
 
 impl<T: Scalar> Hypothesis<T> {
@@ -83,8 +83,8 @@ impl<T: Scalar> Hypothesis<T> {
     pub(super) const EMPTY: Self = Self {
         pose: RectifyingRotations::UNSET,
         frame: RectifyingRotations::UNSET,
-        settled: Moments::ZERO,
-        last: Moments::ZERO,
+        sums: Moments::ZERO,
+        last: NormalEquations::ZERO,
         halves: ImageHalves::NONE,
         marginal: MarginalSums::NONE,
         information: Information::ZERO,
@@ -107,9 +107,9 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
         update: &mut Update<T>,
     ) -> Result<(), Rejection> {
-        update.last = measurement.moments;
+        update.pair = measurement.moments;
         update.optimum.pose = measurement.pose;
-        update.optimum.descend(&update.last, &measurement.pose, context)
+        update.optimum.descend(&update.pair, &measurement.pose, context)
     }
 
     /// Begins an empty hypothesis with a first pair.
@@ -120,22 +120,21 @@ impl<T: Scalar> Hypothesis<T> {
         update: &Update<T>,
         context: &Context<'_, T>,
     ) {
-        let Update { last, optimum, .. } = update;
+        let Update { pair, optimum, .. } = update;
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.frame = measurement.pose;
-        self.last = *last;
+        self.sums = *pair;
+        self.last = measurement.debiased_at(&self.pose);
         (self.noise, self.inlier_share) = (measurement.noise, measurement.inlier_share);
         self.crowd = measurement.crowd;
         self.high_leverage = measurement.high_leverage;
         self.reduced_chi_square = T::ONE;
         self.pairs = 1;
         let to_pose = self.frame.unknowns_to(&self.pose);
-        self.halves.add(measurement, &to_pose, false, context);
+        self.halves.add(measurement, &to_pose, context);
     }
 
     /// Computes the update by one more pair.
-    ///
-    /// * `repeated`: the scene equals that of the last pair, which this pair replaces.
     ///
     /// # Errors
     /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
@@ -143,25 +142,19 @@ impl<T: Scalar> Hypothesis<T> {
     pub(super) fn next_update(
         &self,
         measurement: &PairMeasurement<T>,
-        repeated: bool,
         context: &Context<'_, T>,
         update: &mut Update<T>,
     ) -> Result<(), Rejection> {
+        update.pair = measurement.moments;
+        update.pair.change_frame(&measurement.pose, &self.frame);
         if !self.vibration(context).is_zero() {
-            self.next_marginal(measurement, repeated, context, update).ok_or(Rejection::NoRig)?;
-            update.last = measurement.moments;
-            update.last.change_frame(&measurement.pose, &self.frame);
+            self.next_marginal(measurement, context, update).ok_or(Rejection::NoRig)?;
             return context.check(&update.optimum.pose);
         }
-        let Update { last, optimum, .. } = update;
-        *last = measurement.moments;
-        last.change_frame(&measurement.pose, &self.frame);
-        let mut sums = self.settled;
-        if !repeated {
-            sums.add(&self.last);
-            sums.scale(context.fading(self.pairs));
-        }
-        sums.add(last);
+        let Update { pair, optimum, .. } = update;
+        let mut sums = self.sums;
+        sums.scale(context.fading(self.pairs));
+        sums.add(pair);
         optimum.pose = self.pose;
         optimum.descend(&sums, &self.frame, context)
     }
@@ -174,27 +167,19 @@ impl<T: Scalar> Hypothesis<T> {
         &mut self,
         measurement: &PairMeasurement<T>,
         update: &mut Update<T>,
-        repeated: bool,
         context: &Context<'_, T>,
     ) -> Vector5<T> {
-        let Update { last, optimum, marginal } = update;
+        let Update { pair, optimum, marginal } = update;
         if (marginal.variances.of_turns() > T::ZERO) != self.settles_at_rest() {
-            self.begin_or_end_settling_at_rest(&marginal.variances, last);
+            self.begin_or_end_settling_at_rest(&marginal.variances, pair);
         }
-        if !repeated {
-            // A restored hypothesis has no last pair.
-            if self.last != Moments::ZERO {
-                self.update_chi_square(measurement, context);
-            }
-            self.settle_last(&marginal.variances);
-            self.settled.scale(context.fading(self.pairs));
-            self.pairs = self.pairs.saturating_add(1);
-            self.drift *= T::lit(DRIFT_DECAY);
-            for (sum, new) in self.high_leverage.iter_mut().zip(measurement.high_leverage) {
-                *sum = *sum * T::lit(SHORT_DECAY) + new;
-            }
+        self.update_chi_square(measurement, context);
+        self.sums.scale(context.fading(self.pairs));
+        self.pairs = self.pairs.saturating_add(1);
+        self.drift *= T::lit(DRIFT_DECAY);
+        for (sum, new) in self.high_leverage.iter_mut().zip(measurement.high_leverage) {
+            *sum = *sum * T::lit(SHORT_DECAY) + new;
         }
-        self.last = *last;
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
         self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
@@ -202,8 +187,10 @@ impl<T: Scalar> Hypothesis<T> {
         self.crowd += (measurement.crowd - self.crowd) * gain;
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
+        self.last = measurement.debiased_at(&self.pose);
+        self.settle(pair, &marginal.variances);
         if marginal.is_used() {
-            self.apply_marginal(measurement, marginal, &moved, repeated, context);
+            self.apply_marginal(measurement, marginal, &moved, context);
             return moved;
         }
         match self.deviations(context) {
@@ -211,7 +198,7 @@ impl<T: Scalar> Hypothesis<T> {
             None => self.halves = ImageHalves::NONE,
         }
         let to_pose = measurement.pose.unknowns_to(&self.pose);
-        self.halves.add(measurement, &to_pose, repeated, context);
+        self.halves.add(measurement, &to_pose, context);
         moved
     }
 
@@ -220,42 +207,33 @@ impl<T: Scalar> Hypothesis<T> {
     pub(super) fn reframe(&mut self) {
         // For a rig at rest the sums are valid at any frame.
         if !self.settles_at_rest() {
-            self.settled.change_frame(&self.frame, &self.pose);
+            self.sums.change_frame(&self.frame, &self.pose);
         }
-        self.last.change_frame(&self.frame, &self.pose);
         self.frame = self.pose;
     }
 
-    /// Replaces the sums of all pairs but the last. False, without effect, if they lead to no admissible rig.
+    /// Replaces the sums. False, without effect, if they lead to no admissible rig.
     #[inline(never)]
     pub(super) fn replace(
         &mut self,
-        settled: &Moments<T>,
+        sums: &Moments<T>,
         pairs: u32,
         context: &Context<'_, T>,
     ) -> bool {
-        let mut sums = *settled;
-        sums.add(&self.last);
         let mut optimum = Optimum { pose: self.pose, ..Optimum::NONE };
-        if optimum.descend(&sums, &self.frame, context).is_err() {
+        if optimum.descend(sums, &self.frame, context).is_err() {
             return false;
         }
-        self.drift = limited(&self.pose.unknowns_to(&optimum.pose));
+        let moved = self.pose.unknowns_to(&optimum.pose);
+        self.drift = limited(&moved);
+        self.last = self.last.about(&moved);
         (self.pose, self.information) = (optimum.pose, optimum.information);
-        self.settled = *settled;
+        self.sums = *sums;
         self.pairs = pairs;
         self.halves = ImageHalves::NONE;
         self.marginal = MarginalSums::NONE;
         self.reframe();
         true
-    }
-
-    /// Sums of all pairs, in the frame of the hypothesis.
-    #[inline(never)]
-    pub(super) fn sums(&self) -> Moments<T> {
-        let mut sums = self.settled;
-        sums.add(&self.last);
-        sums
     }
 
     /// Information of the sums at the pose, without the prior.
@@ -283,11 +261,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// Normal equations at the pose, from sums in the frame of the hypothesis.
     pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
         sums.at_pose(&self.frame, &self.pose)
-    }
-
-    /// Moments of the last pair.
-    pub(super) fn last(&self) -> &Moments<T> {
-        &self.last
     }
 
     /// Pairs in the sums.
@@ -327,10 +300,8 @@ impl<T: Scalar> Hypothesis<T> {
         one: &RectifyingRotations<T>,
         other: &RectifyingRotations<T>,
     ) -> bool {
-        let mut sums = Moments::ZERO;
-        self.sum_at_rest(&mut sums);
         let cost = |pose: &RectifyingRotations<T>| {
-            Some(sums.cost_at(&self.frame, &self.pose_at_rest(pose, &sums)?))
+            Some(self.sums.cost_at(&self.frame, &self.pose_at_rest(pose)?))
         };
         let [one, other] = [one, other].map(cost);
         one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
@@ -351,8 +322,12 @@ impl<T: Scalar> Hypothesis<T> {
     /// does not enter.
     #[inline(never)]
     fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
+        // A restored hypothesis has no last pair.
+        if self.last == NormalEquations::ZERO {
+            return;
+        }
         let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
-        let last = self.last.debiased_at_pose(&self.frame, &self.pose).with_prior(context.prior);
+        let last = self.last.with_prior(context.prior);
         let apart = self.vibration(context).scaled(T::lit(2.0)).diagonal();
         if let Some(distance) = pair.distance_apart(&last, &apart) {
             let reduced = (distance / T::lit(5.0)).min(T::lit(MAX_REDUCED_CHI_SQUARE));

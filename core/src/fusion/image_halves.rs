@@ -6,7 +6,7 @@ use nalgebra::Vector5;
 use crate::algebra::disparity_noise::{BaselineNoise, BiasedEquations};
 use crate::algebra::information::{Information, StandardDeviations};
 use crate::algebra::symmetric5::Symmetric5;
-use crate::config::{Context, LensPrior};
+use crate::config::Context;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREEMENT};
@@ -59,12 +59,8 @@ impl<T: Scalar> ImageHalves<T> {
         &mut self,
         measurement: &PairMeasurement<T>,
         to_pose: &Vector5<T>,
-        repeated: bool,
         context: &Context<'_, T>,
     ) {
-        if repeated && context.config.lens_prior != LensPrior::NONE {
-            return;
-        }
         let [all, left, upper] = &mut self.parts;
         let whole = measurement.moments.biased_at_frame();
         all.add(&whole.about(to_pose));

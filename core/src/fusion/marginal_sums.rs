@@ -8,48 +8,39 @@ use crate::algebra::normal_equations::NormalEquations;
 use crate::scalar::Scalar;
 use crate::thresholds::FORGOTTEN_PAIRS;
 
-/// Normal equations about the pose of the hypothesis: of all pairs but the last, and of the last.
+/// Normal equations of all pairs about the pose of the hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MarginalSums<T> {
-    pub(super) settled: NormalEquations<T>,
-    pub(super) last: NormalEquations<T>,
+    pub(super) sum: NormalEquations<T>,
     /// Variances of the sums; zero if the rig does not vibrate, and then nothing is summed.
     pub(super) variances: BlockVariances<T>,
 }
 
 impl<T: Scalar> MarginalSums<T> {
-    pub(super) const NONE: Self = Self {
-        settled: NormalEquations::ZERO,
-        last: NormalEquations::ZERO,
-        variances: BlockVariances::ZERO,
-    };
+    pub(super) const NONE: Self =
+        Self { sum: NormalEquations::ZERO, variances: BlockVariances::ZERO };
 
     pub(super) fn is_used(&self) -> bool {
         !self.variances.is_zero()
-    }
-
-    pub(super) fn total(&self) -> NormalEquations<T> {
-        self.settled.plus(&self.last)
     }
 
     /// Starts with the pairs so far, as if each had the mean share of their sum. A few pairs with the weights of a
     /// rigid rig give a wrong mean, because the vibration of strong directions leaks into weak ones: all but the last
     /// are dropped.
     ///
-    /// * `settled`, `last`: equations of a rigid rig, about the pose.
+    /// * `sum`, `last`: equations of a rigid rig, of all pairs and of the last, about the pose.
     pub(super) fn start(
         &mut self,
-        settled: &NormalEquations<T>,
+        sum: &NormalEquations<T>,
         last: &NormalEquations<T>,
         pairs: u32,
         variances: &BlockVariances<T>,
     ) -> Option<()> {
-        self.settled = if pairs <= FORGOTTEN_PAIRS {
-            NormalEquations::ZERO
+        self.sum = if pairs <= FORGOTTEN_PAIRS {
+            variances.marginal(last)?
         } else {
-            mean_of(pairs, variances).marginal(settled)?
+            mean_of(pairs, variances).marginal(sum)?
         };
-        self.last = variances.marginal(last)?;
         self.variances = *variances;
         Some(())
     }
@@ -59,8 +50,7 @@ impl<T: Scalar> MarginalSums<T> {
         let then = self.variances;
         if now.doubles(&then) {
             let more = now.minus(&then);
-            self.settled = mean_of(pairs, &more).marginal(&self.settled)?;
-            self.last = more.marginal(&self.last)?;
+            self.sum = mean_of(pairs, &more).marginal(&self.sum)?;
         }
         if now.doubles(&then) || then.doubles(now) {
             self.variances = *now;
@@ -68,31 +58,26 @@ impl<T: Scalar> MarginalSums<T> {
         Some(())
     }
 
-    /// Adds a pair, in place of the last one if both show the same scene.
+    /// Adds a pair.
     ///
     /// * `pair`: its equations for a rigid rig, about the pose; `fading`: factor of older pairs.
     pub(super) fn add(
         &mut self,
         pair: &NormalEquations<T>,
         variances: &BlockVariances<T>,
-        repeated: bool,
         fading: T,
     ) -> Option<()> {
-        if !repeated {
-            self.settled = self.total().scaled(fading);
-        }
-        self.last = variances.marginal(pair)?;
+        self.sum = self.sum.scaled(fading).plus(&variances.marginal(pair)?);
         Some(())
     }
 
     /// Shifts the sums after a step of the pose.
     pub(super) fn shift(&mut self, moved: &Vector5<T>) {
-        self.settled = self.settled.about(moved);
-        self.last = self.last.about(moved);
+        self.sum = self.sum.about(moved);
     }
 }
 
-/// Variances of the mean of the pairs before the last.
+/// Variances of the mean of the pairs.
 fn mean_of<T: Scalar>(pairs: u32, variances: &BlockVariances<T>) -> BlockVariances<T> {
-    variances.scaled(T::ONE / T::count(pairs.saturating_sub(1).max(1)))
+    variances.scaled(T::ONE / T::count(pairs.max(1)))
 }

@@ -19,7 +19,7 @@ pub(super) enum Seen {
 }
 
 impl Seen {
-    /// Whether the pair replaces the last one.
+    /// Whether the pair adds nothing.
     pub(super) fn is_repeated(self) -> bool {
         self != Self::New
     }

@@ -90,7 +90,7 @@ impl<T: Scalar> fmt::Display for Outcome<T> {
 pub enum Fused {
     /// The pair is part of the estimate.
     Added,
-    /// The pair shows the scene of the pair before it, and replaces that pair.
+    /// The pair shows the scene of the pair before it, and adds nothing.
     Repeated,
     /// The pair disagrees with the estimate, and is part of the challenger.
     KeptApart,

@@ -5,7 +5,6 @@ use super::*;
 use crate::algebra::block_variances::BlockVariances;
 use crate::depth::mount::MountYaw;
 use crate::fusion::lens_reference::LensReference;
-use crate::state::Stop;
 use nalgebra::Vector5;
 use std::vec::Vec;
 
@@ -92,15 +91,8 @@ fn the_change_detector_restarts_when_turns_begin_and_when_they_cease() {
     let mut champion = Champion { hypothesis, detector: ChangeDetector::NEW };
     let seen = (20..29).zip(pairs(0.0, 20..29)).map(|(seed, evaluated)| {
         let turns = (23..26).contains(&seed);
-        let result = AssociationResult {
-            support: Support::Champion,
-            evaluated: &evaluated,
-            rejected: Rejected::default(),
-            seen: Seen::New,
-            passes: 4,
-            stop: Stop::Converged,
-        };
-        champion.add(&result, if turns { &turning } else { &rigid }).unwrap();
+        let context = if turns { &turning } else { &rigid };
+        champion.add(&evaluated.measurement, context).unwrap();
         champion.detector.pairs()
     });
     assert_eq!(seen.collect::<Vec<_>>(), [1, 2, 3, 1, 2, 3, 1, 2, 3]);

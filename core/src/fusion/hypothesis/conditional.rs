@@ -5,7 +5,6 @@ use nalgebra::Vector5;
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::lens_terms::LensTerms;
-use crate::algebra::moments::Moments;
 use crate::config::Context;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
@@ -16,11 +15,9 @@ impl<T: Scalar> Hypothesis<T> {
     /// Fills the normal equations of the lens at the pose, for a rig at rest, and returns those of the extrinsics.
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
-        let mut sums = Moments::ZERO;
-        self.sum_at_rest(&mut sums);
-        let pose = &self.pose_at_rest(&self.pose, &sums).unwrap_or(self.pose);
-        sums.fill_lens(&self.frame, pose, terms.reborrow());
-        let mut biased = sums.biased_at_pose(&self.frame, pose);
+        let pose = &self.pose_at_rest(&self.pose).unwrap_or(self.pose);
+        self.sums.fill_lens(&self.frame, pose, terms.reborrow());
+        let mut biased = self.sums.biased_at_pose(&self.frame, pose);
         if !self.is_rigid() {
             let mean = self.marginal.variances.scaled(T::ONE / T::count(self.pairs.max(1)));
             terms.marginalise(&mean, &mut biased);
@@ -51,11 +48,10 @@ impl<T: Scalar> Hypothesis<T> {
         target: &RectifyingRotations<T>,
         context: &Context<'_, T>,
     ) -> Option<Extrinsics<T>> {
-        let sums = self.sums();
         let mut pose = self.pose;
         let steps = if self.marginal.is_used() { 1 } else { OPTIMUM_STEPS };
         for _ in 0..steps {
-            pose = pose.stepped_by(&self.step_with_baseline_of(target, &sums, &pose, context)?)?;
+            pose = pose.stepped_by(&self.step_with_baseline_of(target, &pose, context)?)?;
         }
         pose.extrinsics().ok()
     }
@@ -65,16 +61,15 @@ impl<T: Scalar> Hypothesis<T> {
     fn step_with_baseline_of(
         &self,
         target: &RectifyingRotations<T>,
-        sums: &Moments<T>,
         pose: &RectifyingRotations<T>,
         context: &Context<'_, T>,
     ) -> Option<Vector5<T>> {
         let to_target = pose.unknowns_to(target);
         let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
         let mut normal = if self.marginal.is_used() {
-            self.marginal.total()
+            self.marginal.sum
         } else {
-            sums.at_pose(&self.frame, pose)
+            self.sums.at_pose(&self.frame, pose)
         };
         context.add_prior(pose, &mut normal);
         Some(normal.about(&across).rotation_only().step()? + across)

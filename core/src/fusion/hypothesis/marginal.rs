@@ -43,46 +43,37 @@ impl<T: Scalar> Hypothesis<T> {
     ) {
         let shaken = variances.of_turns() > T::lit(FREEDOM_RAD * FREEDOM_RAD);
         if self.pairs <= FORGOTTEN_PAIRS && shaken {
-            self.settled = Moments::ZERO;
+            self.sums = Moments::ZERO;
         }
         next.change_frame(&self.frame, &self.pose);
         self.reframe();
     }
 
-    /// Adds the last pair to the settled ones.
+    /// Adds the moments of a pair in the frame of the sums. If cameras turn, the pair is added as if the rig rested:
+    /// in the rectified frame of the extrinsics that the turns moved off the estimate it equals one of a rig at rest
+    /// at the frame of the sums, because the turns do not affect its residuals.
     ///
     /// * `variances`: variances of the vibration; zero for a rigid rig.
     #[inline(never)]
-    pub(super) fn settle_last(&mut self, variances: &BlockVariances<T>) {
-        if let Some(own) = self.shaken_pose(variances) {
-            let mut at_rest = self.last;
+    pub(super) fn settle(&mut self, pair: &Moments<T>, variances: &BlockVariances<T>) {
+        let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
+        let own = if turns.is_zero() { None } else { self.displaced_optimum(pair, &turns) };
+        let mut at_rest = *pair;
+        if let Some(own) = own {
             at_rest.change_frame(&self.frame, &own);
-            self.settled.add(&at_rest);
-        } else {
-            self.settled.add(&self.last);
         }
-    }
-
-    /// Sets sums to those of all pairs as if the rig rested, in place: returning them would take twice the stack.
-    #[inline(never)]
-    pub(super) fn sum_at_rest(&self, sums: &mut Moments<T>) {
-        *sums = self.last;
-        if let Some(own) = self.shaken_pose(&self.marginal.variances) {
-            sums.change_frame(&self.frame, &own);
-        }
-        sums.add(&self.settled);
+        self.sums.add(&at_rest);
     }
 
     /// Maps a pose to the rig at rest that the sums describe.
     pub(super) fn pose_at_rest(
         &self,
         pose: &RectifyingRotations<T>,
-        sums: &Moments<T>,
     ) -> Option<RectifyingRotations<T>> {
         if !self.settles_at_rest() {
             return Some(*pose);
         }
-        self.displaced_optimum(sums, &self.marginal.variances)?
+        self.displaced_optimum(&self.sums, &self.marginal.variances)?
             .stepped_by(&self.pose.unknowns_to(pose))
     }
 
@@ -94,13 +85,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// Whether pairs are settled as if the rig rested at the frame of the sums.
     pub(super) fn settles_at_rest(&self) -> bool {
         self.marginal.variances.of_turns() > T::ZERO
-    }
-
-    /// Extrinsics of the last pair, if turns of the cameras moved them off the estimate. In their rectified frame the
-    /// pair equals one of a rig at rest at the frame of the sums, because the turns do not affect its residuals.
-    fn shaken_pose(&self, variances: &BlockVariances<T>) -> Option<RectifyingRotations<T>> {
-        let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
-        if turns.is_zero() { None } else { self.displaced_optimum(&self.last, &turns) }
     }
 
     /// Optimum of sums whose rig is off the estimate by a random effect.
@@ -120,7 +104,6 @@ impl<T: Scalar> Hypothesis<T> {
     pub(super) fn next_marginal(
         &self,
         measurement: &PairMeasurement<T>,
-        repeated: bool,
         context: &Context<'_, T>,
         update: &mut Update<T>,
     ) -> Option<()> {
@@ -128,17 +111,15 @@ impl<T: Scalar> Hypothesis<T> {
         let Update { marginal, optimum, .. } = update;
         *marginal = self.marginal;
         if self.is_rigid() {
-            let [settled, last] = [&self.settled, &self.last]
-                .map(|sums| sums.debiased_at_pose(&self.frame, &self.pose));
-            marginal.start(&settled, &last, self.pairs, &now)?;
+            let sum = self.sums.debiased_at_pose(&self.frame, &self.pose);
+            marginal.start(&sum, &self.last, self.pairs, &now)?;
         } else {
             marginal.follow(self.pairs, &now)?;
         }
         let pair = measurement.debiased_at(&self.pose);
-        marginal.add(&pair, &now, repeated, context.fading(self.pairs))?;
-        let all = marginal.total();
-        optimum.information = all.information;
-        let mut joint = all.with_prior(context.prior);
+        marginal.add(&pair, &now, context.fading(self.pairs))?;
+        optimum.information = marginal.sum.information;
+        let mut joint = marginal.sum.with_prior(context.prior);
         joint.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
         let step = joint.step()?;
         optimum.pose = self.pose.stepped_by(&step)?;
@@ -157,7 +138,6 @@ impl<T: Scalar> Hypothesis<T> {
         measurement: &PairMeasurement<T>,
         marginal: &super::MarginalSums<T>,
         moved: &Vector5<T>,
-        repeated: bool,
         context: &Context<'_, T>,
     ) {
         if self.is_rigid() {
@@ -176,7 +156,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.halves.fade(context);
         let alone = measurement.moments.biased_at_frame().debiased().with_prior(context.prior);
         if let Some(own) = alone.step() {
-            self.halves.add(measurement, &own, repeated, context);
+            self.halves.add(measurement, &own, context);
         }
     }
 }
@@ -208,8 +188,7 @@ mod tests {
             Hypothesis::first_update(&one, &context, &mut update).unwrap();
             let mut hypothesis = Hypothesis::EMPTY;
             hypothesis.begin(&one, &update, &context);
-            refused +=
-                u32::from(hypothesis.next_update(&other, false, &context, &mut update).is_err());
+            refused += u32::from(hypothesis.next_update(&other, &context, &mut update).is_err());
         }
         assert!((10..30).contains(&refused), "{refused}");
     }

@@ -3,7 +3,6 @@
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::information::Information;
-use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::prior_moments::Response;
 use crate::config::Context;
@@ -25,9 +24,8 @@ impl<T: Scalar> Hypothesis<T> {
     /// The prior of a rigid rig.
     #[inline(never)]
     fn of_sums(&self, context: &Context<'_, T>) -> Option<Prior<T>> {
-        let mut sums = Moments::ZERO;
-        self.sum_at_rest(&mut sums);
-        let at_rest = self.pose_at_rest(&self.pose, &sums)?;
+        let at_rest = self.pose_at_rest(&self.pose)?;
+        let mut sums = self.sums;
         sums.change_frame(&self.frame, &at_rest);
         Some(Prior {
             pose: self.pose,
@@ -62,9 +60,9 @@ impl<T: Scalar> Hypothesis<T> {
         let deviation = prior.noise / context.focal;
         let [weights, ..] = prior.equations.normal.information.0.diagonal();
         let squares = weights * deviation * deviation * T::lit(2.0);
-        self.settled.set_prior(&prior.equations, &prior.response, squares);
+        self.sums.set_prior(&prior.equations, &prior.response, squares);
         if !context.vibration.is_zero() {
-            self.marginal.settled = normal;
+            self.marginal.sum = normal;
             self.marginal.variances = context.vibration.at_least_rigid();
         }
         self.noise = prior.noise;
@@ -148,8 +146,8 @@ mod tests {
         let steps = hypotheses.each_mut().map(|hypothesis| {
             let pair = evaluated::<f64>(77).measurement;
             let mut update = super::super::Update::NONE;
-            hypothesis.next_update(&pair, false, &context, &mut update).unwrap();
-            hypothesis.apply(&pair, &mut update, false, &context);
+            hypothesis.next_update(&pair, &context, &mut update).unwrap();
+            hypothesis.apply(&pair, &mut update, &context);
             before.unknowns_to(&hypothesis.pose)
         });
         let sd = hypotheses[0].deviations(&context).unwrap();

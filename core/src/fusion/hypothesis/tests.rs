@@ -70,7 +70,7 @@ pub(in crate::fusion) fn fused<T: Scalar>(
     Hypothesis::first_update(first, context, &mut update).unwrap();
     hypothesis.begin(first, &update, context);
     for pair in all {
-        add(&mut hypothesis, pair, false, context);
+        add(&mut hypothesis, pair, context);
     }
     hypothesis
 }
@@ -78,12 +78,11 @@ pub(in crate::fusion) fn fused<T: Scalar>(
 fn add<T: Scalar>(
     hypothesis: &mut Hypothesis<T>,
     pair: &EvaluatedPose<T>,
-    repeated: bool,
     context: &Context<'_, T>,
 ) {
     let mut update = Update::NONE;
-    hypothesis.next_update(&pair.measurement, repeated, context, &mut update).unwrap();
-    hypothesis.apply(&pair.measurement, &mut update, repeated, context);
+    hypothesis.next_update(&pair.measurement, context, &mut update).unwrap();
+    hypothesis.apply(&pair.measurement, &mut update, context);
 }
 
 /// Largest difference of two poses, in reported standard deviations of the first.
@@ -118,7 +117,7 @@ fn a_drift_that_was_followed_widens_the_deviation_and_fades() {
     let before = hypothesis.deviations(&context).unwrap().rotation;
     assert!(before > 8.0 * still, "{before} {still}");
     for pair in &pairs[10..] {
-        add(&mut hypothesis, pair, false, &context);
+        add(&mut hypothesis, pair, &context);
     }
     // 0.9^20 of the drift remains.
     let after = hypothesis.deviations(&context).unwrap().rotation;
@@ -187,20 +186,6 @@ fn the_order_of_pairs_hardly_matters() {
 }
 
 #[test]
-fn a_repeated_pair_takes_the_place_of_the_last() {
-    let context = context::<f64>();
-    let [a, b, c] = [1, 2, 3].map(evaluated);
-    let before = fused(&[a, b], 1, &context);
-    let mut replaced = before;
-    add(&mut replaced, &c, true, &context);
-    let without = fused(&[a, c], 1, &context);
-    assert_eq!(replaced.pairs(), 2);
-    let apart = gap(&without, replaced.pose());
-    assert!(apart < 1e-3, "{apart}");
-    assert_eq!(replaced.reduced_chi_square, before.reduced_chi_square);
-}
-
-#[test]
 fn a_hundred_thousand_pairs_in_f32_are_those_in_f64_and_report_the_deviation_of_the_memory() {
     let single: Vec<EvaluatedPose<f32>> = (0..100).map(evaluated).collect();
     let double: Vec<EvaluatedPose<f64>> = (0..100).map(evaluated).collect();
@@ -226,9 +211,7 @@ fn the_optimum_is_where_the_slope_of_sums_and_prior_vanishes() {
     let context = context::<f64>();
     let pairs: Vec<EvaluatedPose<f64>> = (0..10).map(evaluated).collect();
     let hypothesis = fused(&pairs, 1, &context);
-    let mut sums = hypothesis.settled;
-    sums.add(&hypothesis.last);
-    let seen = hypothesis.normal_equations(&sums);
+    let seen = hypothesis.normal_equations(&hypothesis.sums);
     let slope =
         seen.gradient - hypothesis.pose().unknowns_to(&context.factory_pose) * context.prior;
     let off = slope.component_div(&hypothesis.information.matrix().diagonal().map(f64::sqrt));
@@ -292,7 +275,7 @@ fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
     hypothesis.begin(&evaluated.measurement, &update, &context);
     let fit = hypothesis.with_baseline_of(&in_use, &context)?;
     let [found, in_use] = [&fit, &in_use].map(RectifyingRotations::from);
-    let cost = |pose: &_| hypothesis.sums().cost_at(&hypothesis.frame, pose);
+    let cost = |pose: &_| hypothesis.sums.cost_at(&hypothesis.frame, pose);
     let prior = |pose: &RectifyingRotations<f64>| {
         context.prior * pose.unknowns_to(&context.factory_pose).norm_squared()
     };
@@ -325,7 +308,7 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
         let turns = seed < 40;
         let shake = if turns { rng.random_range(-3e-3..3e-3) } else { 0.0 };
         let context = if turns { &turning } else { &rigid };
-        add(&mut hypothesis, &at(shake, seed), false, context);
+        add(&mut hypothesis, &at(shake, seed), context);
         assert_eq!(hypothesis.settles_at_rest(), turns, "{seed}");
         if turns {
             last_turning = hypothesis.deviations(context).unwrap().rotation;
@@ -347,10 +330,8 @@ pub(super) fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
 
 /// Turn about `x` from the estimate to the optimum of the sums as if the rig rested, rad.
 fn optimum_of_sums_off_estimate(hypothesis: &Hypothesis<f64>) -> f64 {
-    let mut sums = Moments::ZERO;
-    hypothesis.sum_at_rest(&mut sums);
-    let pose = hypothesis.pose_at_rest(hypothesis.pose(), &sums).unwrap();
-    let step = sums.debiased_at_pose(&hypothesis.frame, &pose).step().unwrap();
+    let pose = hypothesis.pose_at_rest(hypothesis.pose()).unwrap();
+    let step = hypothesis.sums.debiased_at_pose(&hypothesis.frame, &pose).step().unwrap();
     step[0].abs()
 }
 
