@@ -50,8 +50,8 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         }
     }
 
-    /// Begins a frame. A frame before it that has not ended counts for nothing; one with fewer than half of the tracks
-    /// becomes the earlier one, unless it has none.
+    /// Begins a frame. A frame before it that has not ended is dropped. If it had fewer than half of the tracks of the
+    /// earlier one, and any at all, it becomes the earlier one.
     pub fn begin(&mut self) {
         let is_lost = self.seen < self.held.div_ceil(2) || self.held == 0;
         if self.has_ended && self.count > 0 && is_lost {

@@ -21,7 +21,7 @@ fn ranges_and_motions_that_contradict_are_counted_until_a_reset() {
     take(&mut calibrator, &pair).unwrap();
     let near = pair.iter().find(|c| c.left[0] - c.right[0] > 60.0).unwrap();
     let right = reading(NONE, near, 1.0);
-    // Those that say nothing of the yaw do not count.
+    // Readings that say nothing of the yaw do not count.
     let bad = RangeReading { sd_m: f32::NAN, ..right };
     assert_eq!(calibrator.push_range(&bad), Err(RangeError::Reading));
     assert_eq!(calibrator.push_range(&right), Ok(Witnessed::Taken));
