@@ -6,8 +6,11 @@
 
 use selfcal_commands::conventions::Unknowns;
 
-use crate::conventions::device_samples::{LUXONIS, REALSENSE, REALSENSE_TEXT, SENSOR_CONTROL, ZED};
+use crate::conventions::device_samples::{
+    LUXONIS, MYNT, REALSENSE, REALSENSE_TABLE, REALSENSE_TEXT, SENSOR_CONTROL, ZED,
+};
 use crate::conventions::examples::{KALIBR, OPENCV, ROS};
+use crate::conventions::tool_samples as tools;
 
 /// A format: its name, its files, the values that they lack, and whether it has `R` and `T` of the rig above.
 pub(crate) struct Sample {
@@ -18,7 +21,7 @@ pub(crate) struct Sample {
 }
 
 /// Left camera to body, right camera to body.
-const TO_BODY: [&str; 2] = [
+pub(crate) const TO_BODY: [&str; 2] = [
     "0.0, 0.0, 1.0, 0.1, -1.0, 0.0, 0.0, 0.2, 0.0, -1.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0",
     "0.0, -0.6, 0.8, 0.09, -1.0, 0.0, 0.0, 0.08, 0.0, -0.8, -0.6, 0.32, 0.0, 0.0, 0.0, 1.0",
 ];
@@ -28,7 +31,7 @@ const TO_LEFT: &str =
     "1.0, 0.0, 0.0, 0.12, 0.0, 0.8, 0.6, -0.02, 0.0, -0.6, 0.8, -0.01, 0.0, 0.0, 0.0, 1.0";
 
 /// Cosine and sine of half of the angle.
-const HALF: [&str; 2] = ["0.9486832980505138", "0.31622776601683794"];
+pub(crate) const HALF: [&str; 2] = ["0.9486832980505138", "0.31622776601683794"];
 
 fn rows(sixteen: &str) -> String {
     let numbers: Vec<&str> = sixteen.split(", ").collect();
@@ -309,5 +312,39 @@ pub(crate) fn samples() -> Vec<Sample> {
         sample("Luxonis", &[("calib.json", LUXONIS.into())], none, true),
         sample("KITTI", &[("calib.txt", KITTI.into())], lacking([1241, 376]), false),
         sample("Middlebury", &[("calib.txt", MIDDLEBURY.into())], none, false),
+        sample("DrivingStereo", &[("calib.txt", tools::DRIVING.into())], none, false),
+        sample(
+            "Cityscapes",
+            &[("camera.json", tools::CITYSCAPES.into())],
+            lacking([2048, 1024]),
+            false,
+        ),
+        sample("K and baseline", &[("K.txt", tools::K_TXT.into())], lacking([960, 540]), false),
+        sample(
+            "RealSense table",
+            &[("table.json", REALSENSE_TABLE.into())],
+            lacking([1280, 720]),
+            false,
+        ),
+        sample("MYNT EYE", &[("params.txt", MYNT.into())], none, true),
+        sample("OKVIS", &[("config.yaml", tools::okvis())], none, true),
+        sample("maplab", &[("ncamera.yaml", tools::maplab())], none, true),
+        sample("Spectacular AI", &[("calibration.json", tools::spectacular())], none, true),
+        sample("Monado", &[("calibration.json", tools::MONADO.into())], none, true),
+        sample(
+            "Kalibr report",
+            &[("results-cam.txt", tools::kalibr_report())],
+            lacking([752, 480]),
+            true,
+        ),
+        sample("stella_vslam", &[("stella.yaml", tools::STELLA.into())], none, false),
+        sample("OpenCV rectification", &[("rig.yaml", tools::RECTIFICATION.into())], none, false),
+        sample(
+            "Bouguet",
+            &[("Calib_Results_stereo.txt", tools::BOUGUET.into())],
+            Unknowns { unit_m: 0.001, ..lacking([640, 480]) },
+            true,
+        ),
+        sample("numpy", &[("rig.txt", tools::NUMPY.into())], none, true),
     ]
 }
