@@ -21,31 +21,22 @@ pub(super) fn parse(text: &str) -> Option<Result<Node>> {
     }
 }
 
-/// `get_img_params` of MYNT EYE: `Intrinsics left: {key: value, ..}` after the prefix of its log. The lens may be a word
-/// without value.
+/// `get_img_params` of MYNT EYE: `Intrinsics left: {key: value, ..}` after the prefix of its log. A word without value,
+/// the lens, is left out: its keys tell it too.
 fn mynt(text: &str) -> Node {
     let braced = |name: &str| {
         let inside = text.split_once(&format!("{name}: {{"))?.1.split_once('}')?.0;
         let mut keys: Vec<(String, Node)> = Vec::new();
         let mut rest = inside;
         while let Some((key, after)) = rest.split_once(':') {
-            let words: Vec<&str> = key.split(',').map(str::trim).collect();
-            let (key, before) = words.split_last()?;
-            keys.extend(
-                before
-                    .iter()
-                    .filter(|word| !word.is_empty())
-                    .map(|word| ("lens".to_owned(), Node::Text((*word).to_owned()))),
-            );
+            let key = key.rsplit(',').next().unwrap_or_default().trim();
             let after = after.trim_start();
             let end = match after.strip_prefix('[') {
                 Some(list) => list.find(']').map_or(after.len(), |end| end + 2),
                 None => after.find(',').unwrap_or(after.len()),
             };
-            keys.push((
-                (*key).to_owned(),
-                Node::of_text(&after[..end].replace(['[', ']', ','], " ")),
-            ));
+            let value = after[..end].replace(['[', ']', ','], " ");
+            keys.push((key.to_owned(), Node::of_text(&value)));
             rest = &after[end..];
         }
         Some((name.to_owned(), Node::Map(keys)))

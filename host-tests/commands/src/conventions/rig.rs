@@ -96,10 +96,23 @@ pub(super) fn intrinsics(value: &Value) -> Result<Rows> {
 
 /// The lens of ROS and OpenCV by its name. The number of coefficients, five or eight, tells the two other models.
 pub(super) fn lens_of(model: Option<&Value>) -> Result<LensModel> {
-    let name = model.map(Value::text).unwrap_or_default();
+    let name = model.map(Value::text).unwrap_or_default().to_lowercase().replace('-', "_");
     match (name.trim(), model) {
-        ("equidistant" | "fisheye" | "kannala_brandt", _) => Ok(LensModel::Fisheye),
-        ("plumb_bob" | "rational_polynomial" | "rational" | "radtan" | "none" | "", _)
+        ("equidistant" | "fisheye" | "kannala_brandt" | "kannala_brandt4", _) => {
+            Ok(LensModel::Fisheye)
+        }
+        (
+            "plumb_bob"
+            | "rational_polynomial"
+            | "rational"
+            | "radtan"
+            | "radial_tangential"
+            | "brown_conrady"
+            | "pinhole"
+            | "none"
+            | "",
+            _,
+        )
         | (_, None) => Ok(LensModel::RadialTangential),
         (_, Some(model)) => Err(model.refuse(
             "expected plumb_bob, rational_polynomial or equidistant: calibrate with one of them",

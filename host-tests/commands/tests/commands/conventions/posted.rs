@@ -49,6 +49,11 @@ fn the_quaternion_of_a_kalibr_report_gives_the_matrix_of_its_camchain() {
     assert!(near(moved(&meta, [0.0; 3]), [-0.029_971_44, -0.000_273_89, 0.000_363_53]));
     assert_eq!(meta.lenses(), [LensModel::RadialTangential, LensModel::Fisheye]);
     assert_eq!(meta.dist_l, [-0.28, 0.07, 0.0002, 1.8e-05, 0.0]);
+    // In a chain of three, the second step is from cam1 to cam2.
+    let chain = report.replace("cam1", "cam2").replace("cam0", "cam1").replace("T_1_0", "T_2_1");
+    let unknowns = Unknowns { cameras: Some([1, 2]), ..sized([752, 480]) };
+    let meta = of_one_file("results-cam.txt", &chain, unknowns).unwrap();
+    assert!(near(moved(&meta, [0.0, 0.0, 5.0]), [-0.12, -2.99, 4.02]));
     let omni = refusal(read(&with("Kalibr report", "python.Distorted", "python.DistortedOmni")));
     assert!(omni.contains("cam0: camera_model: DistortedOmni"), "{omni}");
 }
@@ -142,11 +147,11 @@ fn keys_of_stella_vslam_may_be_nested_or_flat() {
     let mut flat = String::new();
     for line in text.lines() {
         if let Some(key) = line.strip_prefix("  ").filter(|line| !line.starts_with(' ')) {
-            flat.push_str(&format!("{group}.{key}\n"));
+            flat += &[group, ".", key, "\n"].concat();
         } else if let Some(name) = line.strip_suffix(':') {
             group = name;
         } else {
-            flat.push_str(&format!("{line}\n"));
+            flat += &[line, "\n"].concat();
         }
     }
     let flat = of_one_file("stella.yaml", &flat, Unknowns::default()).unwrap();
@@ -185,7 +190,9 @@ fn a_distortion_model_makes_fisheyes_of_an_opencv_file() {
     let fisheye = "{\"distortion_model\": \"fisheye\", \"image_size\"";
     sample.files[0].1 = sample.files[0].1.replace("{\"image_size\"", fisheye);
     assert_eq!(read(&sample).unwrap().lenses(), [LensModel::Fisheye; 2]);
-    sample.files[0].1 = sample.files[0].1.replace("fisheye", "omni");
+    sample.files[0].1 = sample.files[0].1.replace("fisheye", "Brown-Conrady");
+    assert_eq!(read(&sample).unwrap().lenses(), [LensModel::RadialTangential; 2]);
+    sample.files[0].1 = sample.files[0].1.replace("Brown-Conrady", "omni");
     let other = refusal(read(&sample));
     assert!(other.contains("rig.json: distortion_model: omni"), "{other}");
 }

@@ -6,11 +6,9 @@
 
 use selfcal_commands::conventions::Unknowns;
 
-use crate::conventions::device_samples::{
-    LUXONIS, MYNT, REALSENSE, REALSENSE_TABLE, REALSENSE_TEXT, SENSOR_CONTROL, ZED,
-};
+use crate::conventions::device_samples::{LUXONIS, REALSENSE, REALSENSE_TEXT, SENSOR_CONTROL, ZED};
 use crate::conventions::examples::{KALIBR, OPENCV, ROS};
-use crate::conventions::tool_samples as tools;
+use crate::conventions::tool_samples;
 
 /// A format: its name, its files, the values that they lack, and whether it has `R` and `T` of the rig above.
 pub(crate) struct Sample {
@@ -268,7 +266,7 @@ pub(crate) fn samples() -> Vec<Sample> {
         ("cam0.yaml", vins_camera("-0.28")),
         ("cam1.yaml", vins_camera("-0.29")),
     ];
-    vec![
+    let mut all = vec![
         sample("OpenCV", &pair(OPENCV), lacking([640, 480]), true),
         sample("OpenCV XML", &[("stereo.xml", XML.into())], none, true),
         sample("lists in JSON", &[("rig.json", LISTS.into())], none, true),
@@ -312,39 +310,7 @@ pub(crate) fn samples() -> Vec<Sample> {
         sample("Luxonis", &[("calib.json", LUXONIS.into())], none, true),
         sample("KITTI", &[("calib.txt", KITTI.into())], lacking([1241, 376]), false),
         sample("Middlebury", &[("calib.txt", MIDDLEBURY.into())], none, false),
-        sample("DrivingStereo", &[("calib.txt", tools::DRIVING.into())], none, false),
-        sample(
-            "Cityscapes",
-            &[("camera.json", tools::CITYSCAPES.into())],
-            lacking([2048, 1024]),
-            false,
-        ),
-        sample("K and baseline", &[("K.txt", tools::K_TXT.into())], lacking([960, 540]), false),
-        sample(
-            "RealSense table",
-            &[("table.json", REALSENSE_TABLE.into())],
-            lacking([1280, 720]),
-            false,
-        ),
-        sample("MYNT EYE", &[("params.txt", MYNT.into())], none, true),
-        sample("OKVIS", &[("config.yaml", tools::okvis())], none, true),
-        sample("maplab", &[("ncamera.yaml", tools::maplab())], none, true),
-        sample("Spectacular AI", &[("calibration.json", tools::spectacular())], none, true),
-        sample("Monado", &[("calibration.json", tools::MONADO.into())], none, true),
-        sample(
-            "Kalibr report",
-            &[("results-cam.txt", tools::kalibr_report())],
-            lacking([752, 480]),
-            true,
-        ),
-        sample("stella_vslam", &[("stella.yaml", tools::STELLA.into())], none, false),
-        sample("OpenCV rectification", &[("rig.yaml", tools::RECTIFICATION.into())], none, false),
-        sample(
-            "Bouguet",
-            &[("Calib_Results_stereo.txt", tools::BOUGUET.into())],
-            Unknowns { unit_m: 0.001, ..lacking([640, 480]) },
-            true,
-        ),
-        sample("numpy", &[("rig.txt", tools::NUMPY.into())], none, true),
-    ]
+    ];
+    all.extend(tool_samples::samples());
+    all
 }

@@ -1,6 +1,9 @@
 //! The rig of `samples` in the files of SLAM systems, toolboxes and data sets that share few keys with others.
 
-use super::samples::{HALF, TO_BODY};
+use selfcal_commands::conventions::Unknowns;
+
+use super::device_samples::{MYNT, REALSENSE_TABLE};
+use super::samples::{HALF, Sample, TO_BODY};
 
 /// IMU to left camera, IMU to right camera: the inverses of [`TO_BODY`].
 const FROM_BODY: [&str; 2] = [
@@ -8,7 +11,7 @@ const FROM_BODY: [&str; 2] = [
     "[[0, -1, 0, 0.08], [-0.6, 0, -0.8, 0.31], [0.8, 0, -0.6, 0.12], [0, 0, 0, 1]]",
 ];
 
-pub(crate) fn okvis() -> String {
+fn okvis() -> String {
     let camera = |n: usize| {
         format!(
             "     - {{T_SC:                  # camera to body\n        [{}],\n        image_dimension: [752, 480],\n        \
@@ -20,7 +23,7 @@ pub(crate) fn okvis() -> String {
     format!("%YAML:1.0\ncameras:\n{}{}imu_params:\n    a_max: 176.0\n", camera(0), camera(1))
 }
 
-pub(crate) fn maplab() -> String {
+fn maplab() -> String {
     let camera = |n: usize| {
         format!(
             "- camera:\n    label: cam{n}\n    image_height: 480\n    image_width: 752\n    type: pinhole\n    intrinsics:\n      \
@@ -33,7 +36,7 @@ pub(crate) fn maplab() -> String {
     format!("label: rig\nid: 0\ncameras:\n{}{}", camera(0), camera(1))
 }
 
-pub(crate) fn spectacular() -> String {
+fn spectacular() -> String {
     let camera = |n: usize| {
         format!(
             "{{\"model\": \"kannala-brandt4\", \"focalLengthX\": 285.0, \"focalLengthY\": 285.25, \"principalPointX\": 416.5, \
@@ -45,7 +48,7 @@ pub(crate) fn spectacular() -> String {
     format!("{{\"cameras\": [{}, {}]}}\n", camera(0), camera(1))
 }
 
-pub(crate) const MONADO: &str = r#"{"metadata": {"version": 2}, "cameras": [
+const MONADO: &str = r#"{"metadata": {"version": 2}, "cameras": [
  {"model": "fisheye_equidistant4", "intrinsics": {"fx": 300.0, "fy": 301.0, "cx": 320.0, "cy": 240.0},
   "distortion": {"k1": 0.01, "k2": 0.02, "k3": -0.03, "k4": 0.004}, "resolution": {"width": 640, "height": 480}},
  {"model": "pinhole_radtan5", "intrinsics": {"fx": 300.0, "fy": 301.0, "cx": 320.0, "cy": 240.0},
@@ -53,7 +56,7 @@ pub(crate) const MONADO: &str = r#"{"metadata": {"version": 2}, "cameras": [
  "opencv_stereo_calibrate": {"rotation": [1.0, 0.0, 0.0, 0.0, 0.8, -0.6, 0.0, 0.6, 0.8], "translation": [-0.12, 0.01, 0.02]}}
 "#;
 
-pub(crate) fn kalibr_report() -> String {
+fn kalibr_report() -> String {
     let [c, s] = HALF;
     let camera = |n: usize, class: &str| {
         format!(
@@ -71,7 +74,7 @@ pub(crate) fn kalibr_report() -> String {
     )
 }
 
-pub(crate) const STELLA: &str = "Camera:
+const STELLA: &str = "Camera:
   name: T265
   setup: stereo
   model: perspective
@@ -96,7 +99,7 @@ StereoRectifier:
 ";
 
 /// `R1`, `R2` and `P2` in place of `R` and `T`.
-pub(crate) const RECTIFICATION: &str = "image_width: 800
+const RECTIFICATION: &str = "image_width: 800
 image_height: 592
 M1: [654.5, 0.0, 408.5, 0.0, 654.0, 298.5, 0.0, 0.0, 1.0]
 D1: [-0.066, 0.11, 0.0003, 0.001, -0.048]
@@ -108,7 +111,7 @@ P1: [400.0, 0.0, 397.5, 0.0, 0.0, 400.0, 296.0, 0.0, 0.0, 0.0, 1.0, 0.0]
 P2: [400.0, 0.0, 397.5, -48.0, 0.0, 400.0, 296.0, 0.0, 0.0, 0.0, 1.0, 0.0]
 ";
 
-pub(crate) const BOUGUET: &str = "% Stereo calibration parameters:
+const BOUGUET: &str = "% Stereo calibration parameters:
 
 % Intrinsic parameters of left camera:
 fc_left = [ 767.5 764.25 ]; % Focal Length
@@ -127,7 +130,7 @@ om = [ 0.6435011087932844 0.000000 0.000000 ]; % Rotation vector
 T = [ -120.0 10.0 20.0 ]; % Translation vector
 ";
 
-pub(crate) const NUMPY: &str = "image_size: [752 480]
+const NUMPY: &str = "image_size: [752 480]
 K1:
 [[458.   0. 367.]
  [  0. 457. 248.]
@@ -150,16 +153,45 @@ T:
  [ 0.02]]
 ";
 
-pub(crate) const CITYSCAPES: &str = r#"{"extrinsic": {"baseline": 0.209313, "pitch": 0.038, "roll": 0.0, "x": 1.7, "y": 0.1, "yaw": -0.0195, "z": 1.22},
+const CITYSCAPES: &str = r#"{"extrinsic": {"baseline": 0.209313, "pitch": 0.038, "roll": 0.0, "x": 1.7, "y": 0.1, "yaw": -0.0195, "z": 1.22},
  "intrinsic": {"fx": 2262.52, "fy": 2265.25, "u0": 1096.98, "v0": 513.137}}
 "#;
 
-pub(crate) const K_TXT: &str = "754.668 0.0 489.375 0.0 754.668 265.125 0.0 0.0 1.0\n0.063\n";
+const K_TXT: &str = "754.668 0.0 489.375 0.0 754.668 265.125 0.0 0.0 1.0\n0.063\n";
 
 /// Rectified cameras 101 and 103, sizes as floats.
-pub(crate) const DRIVING: &str = "S_101: 1.762000e+03 8.000000e+02
+const DRIVING: &str = "S_101: 1.762000e+03 8.000000e+02
 S_rect_101: 1.762000e+03 8.000000e+02
 P_rect_101: 2.0e+03 0.0 9.0e+02 0.0 0.0 2.0e+03 4.0e+02 0.0 0.0 0.0 1.0 0.0
 S_rect_103: 1.762000e+03 8.000000e+02
 P_rect_103: 2.0e+03 0.0 9.0e+02 -1.08e+03 0.0 2.0e+03 4.0e+02 0.0 0.0 0.0 1.0 0.0
 ";
+
+/// The formats of these files, each with the size that it lacks.
+pub(crate) fn samples() -> Vec<Sample> {
+    let sample = |name, file, text: String, size: Option<[u16; 2]>, is_the_rig| Sample {
+        name,
+        files: vec![(file, text)],
+        unknowns: Unknowns { sizes: size.map(|size| [size; 2]), ..Unknowns::default() },
+        is_the_rig,
+    };
+    let mut bouguet =
+        sample("Bouguet", "Calib_Results_stereo.txt", BOUGUET.into(), Some([640, 480]), true);
+    bouguet.unknowns.unit_m = 0.001;
+    vec![
+        sample("DrivingStereo", "calib.txt", DRIVING.into(), None, false),
+        sample("Cityscapes", "camera.json", CITYSCAPES.into(), Some([2048, 1024]), false),
+        sample("K and baseline", "K.txt", K_TXT.into(), Some([960, 540]), false),
+        sample("RealSense table", "table.json", REALSENSE_TABLE.into(), Some([1280, 720]), false),
+        sample("MYNT EYE", "params.txt", MYNT.into(), None, true),
+        sample("OKVIS", "config.yaml", okvis(), None, true),
+        sample("maplab", "ncamera.yaml", maplab(), None, true),
+        sample("Spectacular AI", "calibration.json", spectacular(), None, true),
+        sample("Monado", "calibration.json", MONADO.into(), None, true),
+        sample("Kalibr report", "results-cam.txt", kalibr_report(), Some([752, 480]), true),
+        sample("stella_vslam", "stella.yaml", STELLA.into(), None, false),
+        sample("OpenCV rectification", "rig.yaml", RECTIFICATION.into(), None, false),
+        sample("numpy", "rig.txt", NUMPY.into(), None, true),
+        bouguet,
+    ]
+}
