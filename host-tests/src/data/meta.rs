@@ -217,7 +217,7 @@ impl LensModel {
 /// # Errors
 /// Describes the matrix, and the remedy.
 pub fn check_camera_matrix(k: &Rows) -> Result<()> {
-    let [[fx, skew, _], [zero, fy, _], bottom] = *k;
+    let [[fx, skew, _], [zero, fy, centre_v], bottom] = *k;
     ensure!(
         k.iter().flatten().any(|x| *x != 0.0),
         "K is all zeros: the camera was never calibrated; calibrate it"
@@ -225,6 +225,11 @@ pub fn check_camera_matrix(k: &Rows) -> Result<()> {
     ensure!(
         fx > 0.0 && fy > 0.0,
         "K has the focal lengths {fx} and {fy}: they must be above 0 px; calibrate the camera"
+    );
+    ensure!(
+        !(skew == 0.0 && centre_v == 0.0 && bottom[0] > 0.0 && bottom[1] > 0.0),
+        "K is transposed, as MATLAB has it: give the transposes of K and R, and subtract 1 from cx and cy, because MATLAB \
+         counts pixels from 1"
     );
     ensure!(skew == 0.0, "K has the skew {skew}, which is not supported: calibrate without it");
     ensure!(

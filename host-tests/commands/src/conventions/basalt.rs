@@ -3,7 +3,6 @@
 use anyhow::{Context, Result, bail};
 
 use super::Files;
-use super::kalibr::size_of;
 use super::node::Value;
 use super::rig::{self, Pose, Unknowns, View, camera_matrix};
 use super::rigid::Rigid;
@@ -32,7 +31,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     };
     let way = Rigid::left_to_right([to_imu(0)?, to_imu(1)?]);
     let pose = Pose::of(&way, &format!("{}: T_imu_cam", root.place()))?;
-    let view = |side: usize| view(&of("intrinsics", side)?, size_of(&of("resolution", side)?)?);
+    let view = |side: usize| view(&of("intrinsics", side)?, of("resolution", side)?.size()?);
     rig::meta([view(0)?, view(1)?], &pose, format!("Basalt: {files}"))
 }
 

@@ -108,8 +108,7 @@ fn of_config(config: &Value) -> Result<Vec<Sensor>> {
             }
             (None, None) => Rigid::NONE,
             _ => bail!(
-                camera
-                    .refuse("cam_from_rig_rotation and cam_from_rig_translation are both expected")
+                camera.refuse("expected both cam_from_rig_rotation and cam_from_rig_translation")
             ),
         };
         let own = match (camera.get(&["camera_model_name"]), camera.get(&["camera_params"])) {

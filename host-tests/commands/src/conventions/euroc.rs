@@ -5,7 +5,6 @@
 use anyhow::{Result, bail};
 
 use super::Files;
-use super::kalibr::size_of;
 use super::node::Value;
 use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
@@ -44,7 +43,7 @@ fn view(sensor: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
     let given = sensor.need(&["intrinsics"], "fu fv cu cv")?;
     given.array::<4>("fu fv cu cv")?;
     let k = rig::intrinsics(&given)?;
-    let size = sensor.get(&["resolution"]).map(|size| size_of(&size)).transpose()?;
+    let size = sensor.get(&["resolution"]).map(|size| size.size()).transpose()?;
     let size = unknowns.size(side, size, sensor.place())?;
     View::of(k, lens, sensor.get(&["distortion_coefficients"]).as_ref(), size)
 }

@@ -4,8 +4,8 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::Files;
 use super::rig::Unknowns;
-use super::{basalt, colmap, euroc, kalibr, luxonis, mc_calib, opencv, orbslam, realsense};
-use super::{rectified_sets, ros, vins, zed};
+use super::{basalt, bouguet, camera_list, colmap, euroc, kalibr, luxonis, mc_calib, mynt};
+use super::{opencv, orbslam, realsense, rectified_sets, ros, vins, zed};
 use host_tests::data::Meta;
 
 /// The unit of a translation.
@@ -29,7 +29,7 @@ struct Row {
 }
 
 /// All formats. The first whose key is found is taken, so formats whose keys others have too come last.
-const FORMATS: [Row; 19] = [
+const FORMATS: [Row; 25] = [
     Row {
         name: "EuRoC",
         keys: &["T_BS"],
@@ -39,8 +39,8 @@ const FORMATS: [Row; 19] = [
     },
     Row {
         name: "KITTI",
-        keys: &["P0", "P_rect_00", "P_rect_02"],
-        says: "calib.txt, calib_cam_to_cam.txt; P0 and P1, or --cameras 2,3; rectified; metres",
+        keys: &["P0", "P_rect_00", "P_rect_02", "P_rect_101"],
+        says: "calib.txt, calib_cam_to_cam.txt, perspective.txt; P0 and P1, or --cameras 2,3; rectified; metres. DrivingStereo: P_rect_101 and P_rect_103",
         unit: Unit::Own,
         read: rectified_sets::kitti,
     },
@@ -50,6 +50,20 @@ const FORMATS: [Row; 19] = [
         says: "calib.txt; rectified; millimetres",
         unit: Unit::Own,
         read: rectified_sets::middlebury,
+    },
+    Row {
+        name: "Cityscapes",
+        keys: &["intrinsic"],
+        says: "camera.json; one camera and extrinsic: baseline; rectified; metres",
+        unit: Unit::Own,
+        read: rectified_sets::cityscapes,
+    },
+    Row {
+        name: "K and baseline",
+        keys: &["K.txt"],
+        says: "bare numbers, as in K.txt of FoundationStereo: nine numbers of K, then the baseline; rectified; metres",
+        unit: Unit::Own,
+        read: rectified_sets::bare,
     },
     Row {
         name: "Luxonis",
@@ -80,6 +94,20 @@ const FORMATS: [Row; 19] = [
         read: realsense::sensors,
     },
     Row {
+        name: "RealSense table",
+        keys: &realsense::TABLE,
+        says: "JSON of the calibration table; rectified streams, the size tells the mode; baseline in millimetres",
+        unit: Unit::Own,
+        read: realsense::table,
+    },
+    Row {
+        name: "MYNT EYE",
+        keys: &["Intrinsics left"],
+        says: "output of get_img_params; Extrinsics right to left hold R and T of OpenCV; millimetres",
+        unit: Unit::Own,
+        read: mynt::rig,
+    },
+    Row {
         name: "ORB-SLAM3",
         keys: &["Camera1.fx", "Camera2.fx", "Stereo.T_c1_c2", "Stereo.b", "Tlr"],
         says: "settings; Stereo.T_c1_c2 (Tlr): right to left; metres",
@@ -89,7 +117,7 @@ const FORMATS: [Row; 19] = [
     Row {
         name: "ORB-SLAM2",
         keys: &["LEFT.K", "Camera.fx", "Camera.bf"],
-        says: "settings; LEFT and RIGHT with K D R P, or rectified with Camera.bf; metres",
+        says: "settings, also of stella_vslam; LEFT and RIGHT with K D R P, StereoRectifier, or rectified with Camera.bf or focal_x_baseline; metres",
         unit: Unit::Own,
         read: orbslam::second,
     },
@@ -106,6 +134,20 @@ const FORMATS: [Row; 19] = [
         says: "JSON; T_imu_cam: camera to IMU; metres",
         unit: Unit::Own,
         read: basalt::rig,
+    },
+    Row {
+        name: "OKVIS, maplab, Spectacular AI, Monado",
+        keys: &["cameras"],
+        says: "list `cameras`; T_SC, T_B_C: camera to body; imuToCamera: IMU to camera; opencv_stereo_calibrate: as OpenCV; metres",
+        unit: Unit::Own,
+        read: camera_list::rig,
+    },
+    Row {
+        name: "Bouguet",
+        keys: &["fc_left"],
+        says: "Calib_Results_stereo of the MATLAB toolbox; x_r = R(om) x_l + T; unit of the board",
+        unit: Unit::Given,
+        read: bouguet::rig,
     },
     Row {
         name: "MC-Calib",
@@ -139,28 +181,28 @@ const FORMATS: [Row; 19] = [
     Row {
         name: "Kalibr, OpenVINS",
         keys: &["cam0", "cam1"],
-        says: "camchain.yaml: T_cn_cnm1 of cam1 takes points of cam0 (left) to cam1 (right); without it T_cam_imu: IMU to camera, or T_imu_cam: camera to IMU; metres",
+        says: "camchain.yaml, results-cam.txt: T_cn_cnm1 of cam1 takes points of cam0 (left) to cam1 (right); without it T_cam_imu: IMU to camera, or T_imu_cam: camera to IMU; metres",
         unit: Unit::Own,
         read: kalibr::rig,
     },
     Row {
         name: "ROS",
         keys: &["camera_matrix", "projection_matrix"],
-        says: "left.yaml and right.yaml: R = R_r^T R_l, t = -(first row of R_r) of the rectification matrices, `P[0][3] = -fx b` of the right camera; above each other: `P[1][3]`; metres",
-        unit: Unit::Own,
+        says: "left.yaml and right.yaml: R = R_r^T R_l, t = -(first row of R_r) of the rectification matrices, `P[0][3] = -fx b` of the right camera; above each other: `P[1][3]`; metres, or --unit",
+        unit: Unit::Given,
         read: ros::rig,
     },
     Row {
         name: "ROS echo",
         keys: &["P", "p"],
         says: "left and right camera_info as `ros2 topic echo` or `rostopic echo` print them; as ROS",
-        unit: Unit::Own,
+        unit: Unit::Given,
         read: ros::echoed,
     },
     Row {
         name: "OpenCV",
         keys: &opencv::KEYS,
-        says: "intrinsics.yml and extrinsics.yml, one file of both, or XML: M1 D1 M2 D2 R T; x_2 = R x_1 + T, the left camera first; unit of the board",
+        says: "intrinsics.yml and extrinsics.yml, one file of both, or XML: M1 D1 M2 D2 R T; x_2 = R x_1 + T, the left camera first; without R the rectification R1 R2 P2; unit of the board",
         unit: Unit::Given,
         read: opencv::rig,
     },

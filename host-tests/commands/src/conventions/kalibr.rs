@@ -1,4 +1,5 @@
-//! Kalibr's `camchain.yaml`: pinhole cameras with radtan or equidistant lenses. `OpenVINS` uses the same format.
+//! Kalibr's `camchain.yaml` and `results-cam.txt`: pinhole cameras with radtan or equidistant lenses. `OpenVINS` uses
+//! the same format.
 //!
 //! `T_cn_cnm1` of a camera takes points of the previous camera to it, in metres: `[R b t; 0 1]` for cam1 with cam0
 //! left. Without it both cameras have `T_cam_imu` (IMU to camera), or `T_imu_cam` (camera to IMU). Kalibr's radtan is
@@ -75,20 +76,9 @@ fn view(cam: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
     let given = cam.need(&["intrinsics"], "fu fv pu pv")?;
     given.array::<4>("fu fv pu pv")?;
     let k = rig::intrinsics(&given)?;
-    let size = match cam.get(&["resolution"]) {
-        Some(size) => Some(size_of(&size)?),
-        None => None,
-    };
+    let size = cam.get(&["resolution"]).map(|size| size.size()).transpose()?;
     let size = unknowns.size(side, size, cam.place())?;
     View::of(k, lens, cam.get(&["distortion_coeffs"]).as_ref(), size)
-}
-
-/// Width and height, px.
-pub(super) fn size_of(value: &Value) -> Result<[u16; 2]> {
-    match value.items().as_slice() {
-        [width, height] => Ok([width.count()?, height.count()?]),
-        _ => Err(value.refuse("expected width and height")),
-    }
 }
 
 /// `camchain.yaml`.

@@ -1,7 +1,7 @@
 //! The calibration that `DepthAI` reads from a Luxonis camera, in JSON.
 //!
-//! `extrinsics` take points of a camera to that of `toCameraSocket`, in centimetres; -1 and 255 stand for none. Cameras
-//! that lead to a common one are a chain.
+//! `extrinsics` take points of a camera to that of `toCameraSocket`, in centimetres; -1, 255 and a rotation of zeros
+//! stand for none. Cameras that lead to a common one are a chain.
 
 use anyhow::{Context, Result, bail, ensure};
 use nalgebra::Vector3;
@@ -82,7 +82,12 @@ fn ways<'a>(sockets: &'a [Socket<'a>], from: &'a Socket<'a>) -> Result<Vec<(i32,
         else {
             break;
         };
-        let r = rig::rotation(&extrinsics.need(&["rotationMatrix"], "3 x 3 numbers")?)?;
+        let r = extrinsics.need(&["rotationMatrix"], "3 x 3 numbers")?;
+        if r.numbers()?.iter().all(|x| *x == 0.0) {
+            // This camera was never calibrated against the next one.
+            break;
+        }
+        let r = rig::rotation(&r)?;
         let t = extrinsics.need(&["translation"], "x, y and z, cm")?;
         let [x, y, z] = ["x", "y", "z"].map(|axis| t.need(&[axis], "cm")?.number());
         let step = Rigid { r, t: Vector3::new(x?, y?, z?) / 100.0 };

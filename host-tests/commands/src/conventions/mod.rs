@@ -11,6 +11,8 @@
 //! in the files of Kalibr and ROS (left.yaml). A length of 1 stands for an unknown baseline.
 
 mod basalt;
+mod bouguet;
+mod camera_list;
 mod colmap;
 mod euroc;
 mod files;
@@ -18,10 +20,12 @@ mod formats;
 mod kalibr;
 mod luxonis;
 mod mc_calib;
+mod mynt;
 mod node;
 mod number;
 mod opencv;
 mod orbslam;
+mod printed;
 mod realsense;
 mod rectified;
 mod rectified_sets;

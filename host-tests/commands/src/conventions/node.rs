@@ -27,9 +27,14 @@ pub(super) enum Node {
 }
 
 impl Node {
+    /// The value of a key; `a.b` is also the key `b` within `a`.
     pub(super) fn get(&self, key: &str) -> Option<&Self> {
         let Self::Map(all) = self else { return None };
-        all.iter().find(|(name, _)| name == key).map(|(_, node)| node)
+        let find = |key: &str| all.iter().find(|(name, _)| name == key).map(|(_, node)| node);
+        find(key).or_else(|| {
+            let (outer, inner) = key.split_once('.')?;
+            find(outer)?.get(inner)
+        })
     }
 
     /// The content of a text: a number, several numbers, or the text.
@@ -131,6 +136,13 @@ impl<'de> Visitor<'de> for AnyNode {
     }
 }
 
+/// A count, unless it is negative, broken or too large.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in range")]
+fn whole(number: f64) -> Option<u16> {
+    let is_whole = number.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&number);
+    is_whole.then_some(number as u16)
+}
+
 /// A node and its path: the file, then the keys.
 #[derive(Debug, Clone)]
 pub(super) struct Value<'a> {
@@ -205,12 +217,15 @@ impl<'a> Value<'a> {
     }
 
     /// A number of pixels, or any other count.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in range")]
     pub(super) fn count(&self) -> Result<u16> {
-        let number = self.number()?;
-        let whole = number.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&number);
-        ensure!(whole, self.refuse("expected a whole number from 0 to 65535"));
-        Ok(number as u16)
+        whole(self.number()?).ok_or_else(|| self.refuse("expected a whole number from 0 to 65535"))
+    }
+
+    /// Width and height, px.
+    pub(super) fn size(&self) -> Result<[u16; 2]> {
+        let [width, height] = self.array("width and height")?;
+        let both = whole(width).zip(whole(height)).map(<[u16; 2]>::from);
+        both.ok_or_else(|| self.refuse("expected width and height, whole numbers from 0 to 65535"))
     }
 
     /// All numbers, row by row: of a matrix with `rows`, `cols` and `data`, of nested lists, or of a text.

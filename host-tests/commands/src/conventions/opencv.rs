@@ -2,12 +2,14 @@
 //! plain lists under common names.
 //!
 //! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`): our convention but for the length. Image size
-//! and `fisheye_model` are the keys of the sample `camera_calibration.cpp`.
+//! and `fisheye_model` are the keys of the sample `camera_calibration.cpp`. Without `R` the rectification `R1 R2 P2` has
+//! the extrinsics, as in ROS.
 
 use std::fmt::Write;
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 
+use super::node::Value;
 use super::number::list as numbers;
 use super::rectified::Rectified;
 use super::rig::{self, LENS_YAW, NO_SCALE, Pose, Unknowns, View};
@@ -103,10 +105,22 @@ const HEIGHT: [&[&str]; 2] =
 const SIZE: &[&str] = &["image_size", "imageSize", "size", "img_size", "resolution"];
 
 fn pose(files: &Files) -> Result<Pose> {
+    if let (None, Some(right)) = (files.get(R), files.get(&["R2"])) {
+        return of_rectification(files, &right);
+    }
     let r = rig::rotation(&files.find(R, "R (3 x 3)")?)?;
     let t = files.find(T, "T (3 x 1)")?;
     let rigid = Rigid { r, t: t.array::<3>("T (3 x 1)")?.into() };
     Pose::of(&rigid, t.place())
+}
+
+/// `R` and `T` of the rectification `R1 R2 P2`, if `R` is missing.
+fn of_rectification(files: &Files, right: &Value) -> Result<Pose> {
+    let r = [rig::rotation(&files.find(&["R1"], "R1 (3 x 3)")?)?, rig::rotation(right)?];
+    let p = files.find(&["P2"], "P2 (3 x 4), or R and T")?;
+    let [fx, _, _, x, _, fy, _, y, ..] = p.shaped::<12>(3, 4)?;
+    ensure!(fx > 0.0 && fy > 0.0, p.refuse("expected fx and fy above 0"));
+    Pose::of(&rig::of_rectification([&r[0], &r[1]], [-x / fx, -y / fy]), p.place())
 }
 
 /// `R` and `T` of files without cameras; `None` for other files.
@@ -118,15 +132,17 @@ pub(super) fn pose_alone(files: &Files) -> Option<Result<Pose>> {
 
 /// The whole rig.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let fisheye = match files.get(&["fisheye_model"]) {
-        Some(value) => !matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no"),
-        None => false,
+    let is_fisheye = files
+        .get(&["fisheye_model"])
+        .is_some_and(|value| !matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no"));
+    let lens = match files.get(&["distortion_model"]) {
+        _ if is_fisheye => LensModel::Fisheye,
+        model => rig::lens_of(model.as_ref())?,
     };
-    let lens = if fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
     let size = |side: usize| -> Result<[u16; 2]> {
         let own = match (files.get(WIDTH[side]), files.get(HEIGHT[side]), files.get(SIZE)) {
             (Some(width), Some(height), _) => Some([width.count()?, height.count()?]),
-            (_, _, Some(both)) => Some(super::kalibr::size_of(&both)?),
+            (_, _, Some(both)) => Some(both.size()?),
             _ => None,
         };
         unknowns.size(side, own, &format!("{files}: no image_width and image_height"))

@@ -1,8 +1,9 @@
-//! Settings of ORB-SLAM2 and ORB-SLAM3.
+//! Settings of ORB-SLAM2, ORB-SLAM3 and `stella_vslam`.
 //!
 //! ORB-SLAM3: `Camera1`, `Camera2`, and `Stereo.T_c1_c2` (`Tlr` of its first version), which takes points of the right
 //! camera to the left one. ORB-SLAM2: `LEFT` and `RIGHT` with the `K D R P` of ROS, or a rectified camera
-//! with `Camera.bf`, focal length times baseline. All in metres.
+//! with `Camera.bf`, focal length times baseline. `stella_vslam` (OpenVSLAM) has the same as `StereoRectifier` and
+//! `Camera.focal_x_baseline`, with flat or nested keys. All in metres.
 
 use anyhow::{Result, bail};
 use nalgebra::{Matrix3, Vector3};
@@ -19,7 +20,10 @@ fn number(file: &Value, key: &str) -> Result<f64> {
 
 /// Width and height of all images, px.
 fn size_of(file: &Value, side: usize, unknowns: Unknowns) -> Result<[u16; 2]> {
-    let own = match (file.get(&["Camera.width"]), file.get(&["Camera.height"])) {
+    let own = match (
+        file.get(&["Camera.width", "Camera.cols"]),
+        file.get(&["Camera.height", "Camera.rows"]),
+    ) {
         (Some(width), Some(height)) => Some([width.count()?, height.count()?]),
         _ => None,
     };
@@ -55,13 +59,13 @@ fn view(file: &Value, name: &str, fisheye: bool, size: [u16; 2]) -> Result<View>
 
 /// Whether the cameras are fisheyes, and whether they are rectified.
 fn model(file: &Value) -> Result<(bool, bool)> {
-    let model = file.get(&["Camera.type"]);
+    let model = file.get(&["Camera.type", "Camera.model"]);
     match model.as_ref().map(Value::text).unwrap_or_default().as_str() {
-        "PinHole" | "Pinhole" | "" => Ok((false, false)),
-        "KannalaBrandt8" => Ok((true, false)),
+        "PinHole" | "Pinhole" | "perspective" | "" => Ok((false, false)),
+        "KannalaBrandt8" | "fisheye" => Ok((true, false)),
         "Rectified" => Ok((false, true)),
         _ => {
-            bail!(file.need(&["Camera.type"], "a model")?.refuse(
+            bail!(file.need(&["Camera.type", "Camera.model"], "a model")?.refuse(
                 "expected PinHole, KannalaBrandt8 or Rectified: calibrate with one of them"
             ))
         }
@@ -99,23 +103,28 @@ pub(super) fn third(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["LEFT.K", "Camera.fx", "Camera.bf"])?;
     let source = format!("ORB-SLAM2: {files}");
-    if file.get(&["LEFT.K"]).is_some() {
+    if file.get(&["LEFT.K", "StereoRectifier.K_left"]).is_some() {
         return raw(&file, unknowns, source);
     }
-    let bf = file.need(&["Camera.bf"], "focal length times baseline, px m, of a stereo rig")?;
+    let bf = focal_x_baseline(&file)?;
     let (fisheye, _) = model(&file)?;
     let left = view(&file, "Camera", fisheye, size_of(&file, 0, unknowns)?)?;
-    let baseline = bf.number()? / left.k[0][0];
-    let side_by_side = Rigid { t: Vector3::new(-baseline, 0.0, 0.0), ..Rigid::NONE };
-    let pose = Pose::of(&side_by_side, bf.place())?;
+    let side_by_side = Rigid { t: Vector3::new(-bf / left.k[0][0], 0.0, 0.0), ..Rigid::NONE };
+    let pose = Pose::of(&side_by_side, &format!("{}: focal length times baseline", file.place()))?;
     rig::meta([left.clone(), left], &pose, source)
 }
 
-/// A rig with `LEFT` and `RIGHT`, before its rectification.
+/// A rig with `LEFT` and `RIGHT`, or `StereoRectifier`, before its rectification.
 fn raw(file: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
-    let side = |side: usize| -> Result<(View, Matrix3<f64>, [f64; 12])> {
+    let model = file.get(&["StereoRectifier.model"]);
+    let is_fisheye = model.is_some_and(|model| model.text() == "fisheye");
+    let lens = if is_fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
+    let side = |side: usize| -> Result<(View, Matrix3<f64>)> {
         let name = ["LEFT", "RIGHT"][side];
-        let find = |key: &str, what: &str| file.need(&[&format!("{name}.{key}")], what);
+        let find = |key: &str, what: &str| {
+            let stella = format!("StereoRectifier.{key}_{}", name.to_lowercase());
+            file.need(&[&format!("{name}.{key}"), &stella], what)
+        };
         let own = match (find("width", "px"), find("height", "px")) {
             (Ok(width), Ok(height)) => Some([width.count()?, height.count()?]),
             _ => None,
@@ -126,17 +135,22 @@ fn raw(file: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
         };
         let k = rig::intrinsics(&find("K", "3 x 3 numbers")?)?;
         let d = find("D", "1 x 5 numbers")?;
-        let view = View::of(k, LensModel::RadialTangential, Some(&d), size)?;
-        Ok((
-            view,
-            rig::rotation(&find("R", "3 x 3 numbers")?)?,
-            find("P", "3 x 4 numbers")?.shaped(3, 4)?,
-        ))
+        let view = View::of(k, lens, Some(&d), size)?;
+        Ok((view, rig::rotation(&find("R", "3 x 3 numbers")?)?))
     };
-    let [(left, r_l, p_l), (right, r_r, p_r)] = [side(0)?, side(1)?];
-    let place = format!("{}: RIGHT.R and RIGHT.P", file.place());
-    let baseline = p_l[3] / p_l[0] - p_r[3] / p_r[0];
-    let t = -r_r.row(0).transpose() * baseline;
-    let pose = Pose::of(&Rigid { r: r_r.transpose() * r_l, t }, &place)?;
+    let [(left, r_l), (right, r_r)] = [side(0)?, side(1)?];
+    let p = |name: &str| file.get(&[&format!("{name}.P")]).map(|p| p.shaped::<12>(3, 4));
+    let (baseline, place) = match (p("LEFT").transpose()?, p("RIGHT").transpose()?) {
+        (Some(l), Some(r)) => (l[3] / l[0] - r[3] / r[0], "RIGHT.R and RIGHT.P"),
+        _ => (focal_x_baseline(file)? / number(file, "Camera.fx")?, "focal_x_baseline"),
+    };
+    let rigid = rig::of_rectification([&r_l, &r_r], [baseline, 0.0]);
+    let pose = Pose::of(&rigid, &format!("{}: {place}", file.place()))?;
     rig::meta([left, right], &pose, source)
+}
+
+/// Focal length times baseline of a rectified pair, px m.
+fn focal_x_baseline(file: &Value) -> Result<f64> {
+    let keys = ["Camera.bf", "Camera.focal_x_baseline"];
+    file.need(&keys, "focal length times baseline, px m, of a stereo rig")?.number()
 }

@@ -1,16 +1,23 @@
 //! Calibrations of `RealSense` cameras: JSON of the library's structures, and the output of its tools.
 //!
 //! JSON: the fields of `rs2_intrinsics` under `left` and `right`, those of `rs2_extrinsics` (left to right,
-//! `rotation` by columns, metres) under `extrinsics`. `rs-enumerate-devices -c` prints the rotation by rows.
+//! `rotation` by columns, metres) under `extrinsics`. `rs-enumerate-devices -c` prints the rotation by rows. The
+//! calibration table that the tools save has the rectified streams.
 
 use anyhow::{Context, Result, bail};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 
 use super::Files;
 use super::node::Value;
 use super::rig::{self, Pose, Unknowns, View, camera_matrix};
 use super::rigid::Rigid;
 use host_tests::data::{LensModel, Meta};
+
+/// Keys of a calibration table.
+pub(super) const TABLE: [&str; 2] = ["rectified.0.fx", "rectified.1.fx"];
+
+/// Largest number of sizes in a calibration table.
+const MODES: u8 = 16;
 
 /// The streams of a pair, left and right.
 const STREAMS: [[&str; 2]; 2] = [["Infrared 1", "Infrared 2"], ["Fisheye 1", "Fisheye 2"]];
@@ -61,6 +68,46 @@ pub(super) fn json(files: &Files, _: Unknowns) -> Result<Meta> {
     rig::meta([side("left")?, side("right")?], &pose, format!("RealSense: {files}"))
 }
 
+/// The rig of a calibration table: rectified streams, each size with its numbers as texts, baseline in millimetres.
+pub(super) fn table(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    let file = files.one(&TABLE)?;
+    let mut views: Vec<View> = Vec::new();
+    for n in 0..MODES {
+        let key = |key: &str| format!("rectified.{n}.{key}");
+        let number = |name: &str| file.get(&[&key(name)]).map(|x| x.number()).transpose();
+        let [fx, fy, cx, cy] = ["fx", "fy", "ppx", "ppy"].map(number);
+        let size = [file.get(&[&key("width")]), file.get(&[&key("height")])];
+        let ([Some(fx), Some(fy), Some(cx), Some(cy)], [Some(width), Some(height)]) =
+            ([fx?, fy?, cx?, cy?], size)
+        else {
+            continue;
+        };
+        let size = [width.count()?, height.count()?];
+        if fx > 0.0 && fy > 0.0 && !size.contains(&0) {
+            views.push(View::pinhole(camera_matrix([fx, fy, cx, cy]), size));
+        }
+    }
+    let wanted = unknowns.sizes.map(|[left, _]| left);
+    let found = match (views.as_slice(), wanted) {
+        ([one], None) => Some(one),
+        (all, Some(size)) => all.iter().find(|view| view.size == size),
+        _ => None,
+    };
+    let view = found.with_context(|| {
+        let sizes: Vec<String> =
+            views.iter().map(|v| format!("{},{}", v.size[0], v.size[1])).collect();
+        format!(
+            "{}: intrinsics of several sizes: choose one with --size {}",
+            file.place(),
+            sizes.join(" or ")
+        )
+    })?;
+    let baseline = file.need(&["baseline"], "the baseline, mm")?;
+    let t = Vector3::new(-baseline.number()?.abs() / 1000.0, 0.0, 0.0);
+    let pose = Pose::of(&Rigid { t, ..Rigid::NONE }, baseline.place())?;
+    rig::meta([view.clone(), view.clone()], &pose, format!("RealSense: {files}"))
+}
+
 /// The rig of a text: the streams of a pair, with the given size or the only one.
 pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["rs intrinsics"])?;
@@ -103,8 +150,7 @@ pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         let numbers =
             way.need(&["numbers"], "12 numbers")?.array::<12>("a rotation and a translation")?;
         let (r, t) = numbers.split_at(9);
-        let rigid =
-            Rigid { r: Matrix3::from_row_slice(r), t: nalgebra::Vector3::from_column_slice(t) };
+        let rigid = Rigid { r: Matrix3::from_row_slice(r), t: Vector3::from_column_slice(t) };
         rigid.check().map_err(|why| way.refuse(why))?;
         Ok(rigid)
     };

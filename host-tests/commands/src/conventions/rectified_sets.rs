@@ -1,29 +1,31 @@
-//! Calibrations of rectified data sets: KITTI's `calib.txt` and Middlebury's.
+//! Calibrations of rectified data sets: KITTI, Middlebury, Cityscapes, and `K.txt` with a baseline.
 //!
 //! Both are rectified: `R = I`. KITTI: `P = K [I | c]`, so a camera sees points moved by `K^-1` times the last column,
 //! metres; the cameras 2 and 3 are a little off a common row. Middlebury: `cam0`, `cam1` and the baseline in
-//! millimetres, `t = (-1, 0, 0)`.
+//! millimetres, `t = (-1, 0, 0)`. Cityscapes: one camera for both sides, and the baseline in metres; so has `K.txt`, as
+//! bare numbers.
 
 use anyhow::{Context, Result};
 use nalgebra::{Matrix3, Vector3};
 
 use super::Files;
-use super::kalibr::size_of;
+use super::node::Value;
 use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
-use host_tests::data::{Meta, matrix};
+use host_tests::data::{Meta, Rows, matrix};
 
 /// The rig of KITTI's grey cameras 0 (left) and 1, or of the chosen ones: 2 and 3 are the colour cameras.
 pub(super) fn kitti(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let cameras = unknowns.cameras_or([0, 1]);
+    let is_numbered_from_101 = files.get(&["P_rect_101"]).is_some();
+    let cameras = unknowns.cameras_or(if is_numbered_from_101 { [101, 103] } else { [0, 1] });
     let mut views = Vec::new();
     let mut moved = Vec::new();
     for (side, n) in cameras.into_iter().enumerate() {
-        let p = files.find(&[&format!("P{n}"), &format!("P_rect_0{n}")], "12 numbers")?;
+        let p = files.find(&[&format!("P{n}"), &format!("P_rect_{n:02}")], "12 numbers")?;
         let [a, b, c, x, d, e, f, y, g, h, i, z] = p.array::<12>("a projection matrix")?;
         let k = [[a, b, c], [d, e, f], [g, h, i]];
         host_tests::data::check_camera_matrix(&k).map_err(|why| p.refuse(why))?;
-        let own = files.get(&[&format!("S_rect_0{n}")]).map(|size| size_of(&size)).transpose()?;
+        let own = files.get(&[&format!("S_rect_{n:02}")]).map(|size| size.size()).transpose()?;
         let size = unknowns.size(side, own, p.place())?;
         let back = matrix(&k).try_inverse().with_context(|| p.place().to_owned())?;
         moved.push(back * Vector3::new(x, y, z));
@@ -53,4 +55,33 @@ pub(super) fn middlebury(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let mut pose = Pose::of(&side_by_side, file.place())?;
     pose.baseline_m = baseline.map(|mm| mm / 1000.0);
     rig::meta([view(0)?, view(1)?], &pose, format!("Middlebury: {files}"))
+}
+
+/// The rig of a camera file of Cityscapes.
+pub(super) fn cityscapes(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    let file = files.one(&["intrinsic"])?;
+    let camera = file.need(&["intrinsic"], "fx, fy, u0 and v0")?;
+    let number = |key: &str| camera.need(&[key], "a number, px")?.number();
+    let k = rig::camera_matrix([number("fx")?, number("fy")?, number("u0")?, number("v0")?]);
+    host_tests::data::check_camera_matrix(&k).map_err(|why| camera.refuse(why))?;
+    let baseline = file.need(&["extrinsic.baseline"], "the baseline, m")?;
+    one_camera(k, &baseline, unknowns, format!("Cityscapes: {files}"))
+}
+
+/// The rig of bare numbers: nine of `K`, then the baseline, m.
+pub(super) fn bare(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    let file = files.one(&["K.txt"])?;
+    let k = rig::intrinsics(&file.need(&["K.txt"], "9 numbers")?)?;
+    let baseline = file.need(&["baseline"], "the baseline, m")?;
+    one_camera(k, &baseline, unknowns, format!("K and baseline: {files}"))
+}
+
+/// A rectified rig with the same camera on both sides.
+fn one_camera(k: Rows, baseline: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
+    let t = Vector3::new(-baseline.number()?, 0.0, 0.0);
+    let pose = Pose::of(&Rigid { t, ..Rigid::NONE }, baseline.place())?;
+    let view = |side| -> Result<View> {
+        Ok(View::pinhole(k, unknowns.size(side, None, baseline.place())?))
+    };
+    rig::meta([view(0)?, view(1)?], &pose, source)
 }

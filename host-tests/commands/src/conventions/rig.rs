@@ -1,7 +1,7 @@
 //! The common part of the formats: two cameras, the pose between them, and their checks.
 
 use anyhow::{Context, Result, anyhow, ensure};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Rotation3, Vector3};
 use stereo_selfcal::Extrinsics;
 
 use super::node::Value;
@@ -94,9 +94,46 @@ pub(super) fn intrinsics(value: &Value) -> Result<Rows> {
     Ok(k)
 }
 
-/// A rotation of 3 x 3 numbers.
+/// The lens of ROS and OpenCV by its name. The number of coefficients, five or eight, tells the two other models.
+pub(super) fn lens_of(model: Option<&Value>) -> Result<LensModel> {
+    let name = model.map(Value::text).unwrap_or_default().to_lowercase().replace('-', "_");
+    match (name.trim(), model) {
+        ("equidistant" | "fisheye" | "kannala_brandt" | "kannala_brandt4", _) => {
+            Ok(LensModel::Fisheye)
+        }
+        (
+            "plumb_bob"
+            | "rational_polynomial"
+            | "rational"
+            | "radtan"
+            | "radial_tangential"
+            | "brown_conrady"
+            | "pinhole"
+            | "none"
+            | "",
+            _,
+        )
+        | (_, None) => Ok(LensModel::RadialTangential),
+        (_, Some(model)) => Err(model.refuse(
+            "expected plumb_bob, rational_polynomial or equidistant: calibrate with one of them",
+        )),
+    }
+}
+
+/// `R` and `b t` of two rectifying rotations.
+///
+/// * `stands`: position of the right camera along the first and the second axis of the rectified frame, m.
+pub(super) fn of_rectification([r_l, r_r]: [&Matrix3<f64>; 2], [x, y]: [f64; 2]) -> Rigid {
+    let t = -(r_r.row(0).transpose() * x + r_r.row(1).transpose() * y);
+    Rigid { r: r_r.transpose() * r_l, t }
+}
+
+/// A rotation of 3 x 3 numbers, or of 3: its axis times its angle, rad.
 pub(super) fn rotation(value: &Value) -> Result<Matrix3<f64>> {
-    let r = matrix(&value.square()?);
+    let r = match *value.numbers()?.as_slice() {
+        [x, y, z] => *Rotation3::new(Vector3::new(x, y, z)).matrix(),
+        _ => matrix(&value.square()?),
+    };
     Rigid { r, ..Rigid::NONE }.check().map_err(|why| value.refuse(why))?;
     Ok(r)
 }

@@ -11,7 +11,6 @@ use super::node::Value;
 use super::number::list;
 use super::rectified::Rectified;
 use super::rig::{self, NO_SCALE, Pose, Unknowns, View};
-use super::rigid::Rigid;
 use super::{Document, Files};
 use host_tests::data::{LensModel, Meta, Rows};
 
@@ -53,17 +52,7 @@ pub(super) struct Info<'a> {
 impl<'a> Info<'a> {
     fn of(value: Value<'a>, keys: &Keys) -> Result<Self> {
         let size = size(&value, keys)?;
-        let model = value.get(&["distortion_model"]);
-        let lens = match model.as_ref().map(Value::text).unwrap_or_default().trim() {
-            // Five or eight coefficients tell the two models; without coefficients the camera is a pinhole.
-            "plumb_bob" | "rational_polynomial" | "rational" | "radtan" | "none" | "" => {
-                LensModel::RadialTangential
-            }
-            "equidistant" | "fisheye" | "kannala_brandt" => LensModel::Fisheye,
-            _ => bail!(value.need(&["distortion_model"], "a model")?.refuse(
-                "expected plumb_bob, rational_polynomial or equidistant: calibrate with one of them"
-            )),
-        };
+        let lens = rig::lens_of(value.get(&["distortion_model"]).as_ref())?;
         let d = value.get(keys.d);
         let none = d.as_ref().map_or(Ok(true), |d| d.numbers().map(|d| d.is_empty()))?;
         let k = rig::intrinsics(&value.need(keys.k, "a camera matrix (3 x 3)")?)?;
@@ -161,13 +150,12 @@ fn right_of<'a>(left: Info<'a>, right: Info<'a>) -> Result<[Info<'a>; 2]> {
 
 /// `R` and `t` of the rectification matrices.
 fn pose([left, right]: &[Info<'_>; 2]) -> Result<Pose> {
-    let r = right.r.transpose() * left.r;
-    let [x, y] = right.stands();
+    let stands = right.stands();
+    let length = stands[0].hypot(stands[1]);
     // The baseline is along the first or the second axis of the rectified frame.
-    let t = -(right.r.row(0).transpose() * x + right.r.row(1).transpose() * y);
-    let length = x.hypot(y);
+    let rigid = rig::of_rectification([&left.r, &right.r], stands.map(|x| x / length));
     let mut pose = Pose::of(
-        &Rigid { r, t: t / length },
+        &rigid,
         &format!("{} and {}: the rectification matrices", left.value.place(), right.value.place()),
     )?;
     // `P` gives the length, because the row has unit length.
@@ -175,24 +163,24 @@ fn pose([left, right]: &[Info<'_>; 2]) -> Result<Pose> {
     Ok(pose)
 }
 
-fn meta(infos: [Info<'_>; 2], source: String) -> Result<Meta> {
-    let pose = pose(&infos)?;
+fn meta(infos: [Info<'_>; 2], unit_m: f64, source: String) -> Result<Meta> {
+    let pose = pose(&infos)?.in_unit(unit_m)?;
     rig::meta(infos.map(|info| info.view), &pose, source)
 }
 
 /// The whole rig from files.
-pub(super) fn rig(files: &Files, _: Unknowns) -> Result<Meta> {
-    meta(pair(files, &FILE, Info::of)?, format!("ROS: {files}"))
+pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    meta(pair(files, &FILE, Info::of)?, unknowns.unit_m, format!("ROS: {files}"))
 }
 
 /// The whole rig from texts.
-pub(super) fn echoed(files: &Files, _: Unknowns) -> Result<Meta> {
-    meta(pair(files, &ECHO, Info::of)?, format!("ROS: {files}"))
+pub(super) fn echoed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    meta(pair(files, &ECHO, Info::of)?, unknowns.unit_m, format!("ROS: {files}"))
 }
 
 /// The rig of a pair's rectified images: `P` is the camera, without distortion, side by side or above each other.
 pub(super) fn of_rectified(files: &Files) -> Result<Meta> {
-    meta(pair(files, &FILE, Info::of_rectified)?, format!("ROS, rectified: {files}"))
+    meta(pair(files, &FILE, Info::of_rectified)?, 1.0, format!("ROS, rectified: {files}"))
 }
 
 /// `left.yaml` and `right.yaml`.

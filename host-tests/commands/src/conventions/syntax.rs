@@ -1,12 +1,13 @@
-//! Trees of texts that are neither YAML nor JSON: XML of OpenCV, `name=value`, tables of COLMAP, output of the
-//! `RealSense` tools.
+//! Trees of texts that are neither YAML nor JSON: XML of OpenCV, `name=value`, lists as numpy prints them, tables of
+//! COLMAP, bare numbers.
 
 use std::path::Path;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use roxmltree::{Document, Node as Element};
 
 use super::node::Node;
+use super::printed;
 
 /// Largest depth of nested elements.
 const DEEPEST: usize = 16;
@@ -26,25 +27,46 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Node> {
             anyhow::anyhow!("not JSON: {why}; give the file as its tool wrote it")
         })?));
     }
-    if start.contains("Intrinsic of \"") {
-        return realsense(start);
-    }
-    if start.contains("Principal Point") && start.contains("Focal Length") {
-        return Ok(sensor_control(start));
+    if let Some(tree) = printed::parse(start) {
+        return tree;
     }
     if start.lines().any(|line| is_section(line.trim())) && start.contains('=') {
         return Ok(ini(start));
     }
     let first =
-        start.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'));
+        start.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with(['#', '%']));
     let file = name.rsplit(['/', '\\']).next().unwrap_or_default();
     if matches!(file, "cameras.txt" | "rigs.txt") {
         return Ok(table(file, start));
     }
-    if first.is_some_and(|line| line.contains('=') && !line.contains(':')) {
+    if let Some(numbers) = bare(start) {
+        return Ok(numbers);
+    }
+    let is_named = |line: &str| line.contains('=') && (!line.contains(':') || line.contains("fc_"));
+    if first.is_some_and(is_named) || start.lines().any(is_printed_row) {
         return Ok(assignments(start));
     }
     yaml(start)
+}
+
+/// A text of numbers alone: the nine of `K`, then the baseline.
+fn bare(text: &str) -> Option<Node> {
+    let Node::List(all) = Node::of_text(text) else { return None };
+    let (k, rest) = all.split_at_checked(9)?;
+    let [baseline] = rest else { return None };
+    Some(Node::Map(vec![
+        ("K.txt".into(), Node::List(k.to_vec())),
+        ("baseline".into(), baseline.clone()),
+    ]))
+}
+
+/// Whether a line is the row of a matrix as numpy prints it: numbers in brackets, without commas.
+fn is_printed_row(line: &str) -> bool {
+    let line = line.trim();
+    let numbers = line.trim_matches(['[', ']']).split_whitespace();
+    line.starts_with('[')
+        && numbers.clone().count() > 1
+        && numbers.into_iter().all(|word| word.parse::<f64>().is_ok())
 }
 
 /// A list at the root has the key `""`.
@@ -64,8 +86,9 @@ fn yaml(text: &str) -> Result<Node> {
             break;
         }
         if !mark {
-            // YAML does not take a tab for a space, and OpenCV also writes `data:[`.
-            document.push_str(&line.replace('\t', "  ").replacen(":[", ": [", 1));
+            // YAML does not take a tab for a space. OpenCV also reads `data:[` and `T:!!opencv-matrix`.
+            let line = line.replace('\t', "  ").replacen(":[", ": [", 1).replacen(":!!", ": !!", 1);
+            document.push_str(&line);
         }
         document.push('\n');
     }
@@ -75,7 +98,8 @@ fn yaml(text: &str) -> Result<Node> {
     };
     let node: Node = serde_saphyr::from_str_with_options(&document, options).map_err(|why| {
         anyhow::anyhow!(
-            "not YAML: {}; give the file as its tool wrote it",
+            "not YAML, JSON, XML or name = numbers: {}; give the file as its tool wrote it, or write the numbers as K1 D1 K2 \
+             D2 R T",
             first_line(&why.to_string())
         )
     })?;
@@ -132,16 +156,22 @@ fn ini(text: &str) -> Node {
     Node::Map(sections)
 }
 
-/// `name=value` a line, of Middlebury and of Python: a value continues to the next name.
+/// `name=value` or `name: value` a line, of Middlebury, Python and MATLAB: a value continues to the next name. `%` starts
+/// a comment, and `±` a deviation.
 fn assignments(text: &str) -> Node {
     let mut all: Vec<(String, String)> = Vec::new();
+    let is_name = |name: &str| {
+        !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_.".contains(c))
+    };
     for line in text.lines().filter(|line| !line.trim_start().starts_with('#')) {
-        let name = line.split_once('=').filter(|(name, _)| {
-            let name = name.trim();
-            !name.is_empty() && name.chars().all(|c| c.is_ascii_alphanumeric() || "_.".contains(c))
-        });
-        match (name, all.last_mut()) {
-            (Some((name, value)), _) => all.push((name.trim().to_owned(), value.to_owned())),
+        let line = line.split(['%', '±']).next().unwrap_or_default();
+        let parts = match line.split_once('=') {
+            // Words may stand before the name.
+            Some((words, value)) => Some((words.split_whitespace().last().unwrap_or(""), value)),
+            None => line.split_once(':').map(|(name, value)| (name.trim(), value)),
+        };
+        match (parts.filter(|(name, _)| is_name(name)), all.last_mut()) {
+            (Some((name, value)), _) => all.push((name.to_owned(), value.to_owned())),
             (None, Some((_, value))) => {
                 value.push(' ');
                 value.push_str(line);
@@ -165,91 +195,12 @@ fn table(file: &str, text: &str) -> Node {
     Node::Map(vec![(file.to_owned(), Node::List(rows.map(row).collect()))])
 }
 
-/// `rs-enumerate-devices -c`: blocks of intrinsics, each with its stream and size, and of extrinsics.
-fn realsense(text: &str) -> Result<Node> {
-    let (mut intrinsics, mut extrinsics) = (Vec::new(), Vec::new());
-    let mut lines = text.lines().map(str::trim).peekable();
-    let quoted = |line: &str| -> Vec<String> {
-        line.split('"').skip(1).step_by(2).map(str::to_owned).collect()
-    };
-    while let Some(line) = lines.next() {
-        let mut block: Vec<(String, Node)> = Vec::new();
-        if line.starts_with("Intrinsic of \"") {
-            block.push(("stream".into(), Node::Text(quoted(line).concat())));
-            while let Some((key, value)) = lines
-                .next_if(|line| line.contains(':') && !line.contains('"'))
-                .and_then(|line| line.split_once(':'))
-            {
-                block.push((key.trim().to_lowercase(), Node::of_text(value)));
-            }
-            intrinsics.push(Node::Map(block));
-        } else if line.starts_with("Extrinsic from \"") {
-            let names = quoted(line);
-            let [from, to] = names.as_slice() else {
-                bail!("`{line}`: expected two streams in quotation marks")
-            };
-            block.push(("from".into(), Node::Text(from.clone())));
-            block.push(("to".into(), Node::Text(to.clone())));
-            let mut numbers = Vec::new();
-            while let Some(line) = lines.next_if(|line| !line.contains('"')) {
-                let rest = line.rsplit(':').next().unwrap_or_default();
-                numbers.extend(
-                    rest.split_whitespace().filter_map(|word| word.parse().ok()).map(Node::Number),
-                );
-            }
-            numbers.truncate(12);
-            block.push(("numbers".into(), Node::List(numbers)));
-            extrinsics.push(Node::Map(block));
-        }
-    }
-    Ok(Node::Map(vec![
-        ("rs intrinsics".into(), Node::List(intrinsics)),
-        ("rs extrinsics".into(), Node::List(extrinsics)),
-    ]))
-}
-
-/// `rs-sensor-control`: the intrinsics of the left and of the right stream, and one transform, `name : numbers` a line.
-fn sensor_control(text: &str) -> Node {
-    let (mut cameras, mut rotation, mut translation) = (Vec::new(), Vec::new(), Vec::new());
-    let mut name = String::new();
-    for line in text.lines() {
-        let Some((key, value)) = line.split_once(':') else { continue };
-        if !key.trim().is_empty() {
-            name = key.trim().to_lowercase();
-        }
-        let numbers = || {
-            value
-                .split(|c: char| c.is_whitespace() || "[],".contains(c))
-                .filter_map(|word| word.parse().ok())
-        };
-        let list = || Node::List(numbers().map(Node::Number).collect());
-        match name.as_str() {
-            "principal point" => cameras.push(vec![("principal point".to_owned(), list())]),
-            "rotation matrix" => rotation.extend(numbers().map(Node::Number)),
-            "translation vector" => translation.extend(numbers().map(Node::Number)),
-            "distortion model" => cameras.iter_mut().rev().take(1).for_each(|camera| {
-                camera.push(("model".into(), Node::Text(value.trim().to_owned())));
-            }),
-            "focal length" | "distortion coefficients" => {
-                cameras.iter_mut().rev().take(1).for_each(|camera| {
-                    let key = if name == "focal length" { name.clone() } else { "coeffs".into() };
-                    camera.push((key, list()));
-                });
-            }
-            _ => {}
-        }
-    }
-    let key = |name: &str| name.to_owned();
-    Node::Map(vec![
-        (key("rs sensors"), Node::List(cameras.into_iter().map(Node::Map).collect())),
-        (key("rotation matrix"), Node::List(rotation)),
-        (key("translation vector"), Node::List(translation)),
-    ])
-}
-
 /// Reads the text of a file; refuses bytes that are not text.
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
     String::from_utf8(bytes)
         .ok()
-        .context("it is not text: expected a rig file of YAML, JSON, XML or plain text")
+        .context(
+            "it is not text: expected a rig file of YAML, JSON, XML or plain text; write the arrays of a .npz or .mat as \
+             K1 D1 K2 D2 R T in a text",
+        )
 }

@@ -2,9 +2,9 @@
 //!
 //! `R` has the rotation vector `(RX, CV, RZ)` of the resolution, rad, and `T = -(Baseline, TY, TZ)`, mm: the vendor's
 //! programs hand both to `cv::stereoRectify`, which uses only the line of `T`. The side of the right camera gives the
-//! sign.
+//! sign. `LEFT_DISTO` and `RIGHT_DISTO`, if there, have the lens of all modes, and the modes a simpler one.
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector3};
 
 use super::Files;
@@ -22,6 +22,10 @@ const RESOLUTIONS: [(&str, [u16; 2]); 6] = [
     ("SVGA", [960, 600]),
     ("VGA", [672, 376]),
 ];
+
+/// Coefficients in OpenCV's order.
+const COEFFICIENTS: [&str; 12] =
+    ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4"];
 
 /// The rig of the requested resolution.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
@@ -59,7 +63,8 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
                 file.place()
             )
         })?;
-        view(&of, *size)
+        let lens = file.get(&[&format!("{side}_DISTO")]);
+        view(&of, lens.as_ref().unwrap_or(&of), *size)
     };
     let stereo = file.need(&["STEREO"], "the extrinsics")?;
     let number = |keys: &[&str], usual: Option<f64>| match (stereo.get(keys), usual) {
@@ -77,13 +82,18 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     rig::meta([side("LEFT")?, side("RIGHT")?], &pose, format!("ZED, {name}: {files}"))
 }
 
-fn view(of: &Value, size: [u16; 2]) -> Result<View> {
+/// A camera of a mode; its lens is in the same section, or in one of its own for all modes.
+fn view(of: &Value, lens: &Value, size: [u16; 2]) -> Result<View> {
     let number = |key: &str| of.need(&[key], "a number")?.number();
     let k = camera_matrix([number("fx")?, number("fy")?, number("cx")?, number("cy")?]);
     host_tests::data::check_camera_matrix(&k).map_err(|why| of.refuse(why))?;
     let mut given = Vec::new();
-    for name in ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"] {
-        given.push(of.get(&[name]).map(|value| value.number()).transpose()?.unwrap_or(0.0));
+    for name in COEFFICIENTS {
+        given.push(lens.get(&[name]).map(|value| value.number()).transpose()?.unwrap_or(0.0));
     }
-    View::with(k, LensModel::RadialTangential, &given, size).map_err(|why| of.refuse(why))
+    ensure!(
+        given[5] == 0.0 || given[6] != 0.0,
+        lens.refuse("k4 without k5 is of a fisheye lens, whose conf is not read: write the numbers as K1 D1 K2 D2 R T")
+    );
+    View::with(k, LensModel::RadialTangential, &given, size).map_err(|why| lens.refuse(why))
 }

@@ -37,7 +37,7 @@ pub struct Topic {
 }
 
 /// Parts of a name that tell the side of a topic; the first row that is the only difference of two topics applies.
-const SIDES: [[&str; 2]; 24] = [
+const SIDES: [[&str; 2]; 26] = [
     ["left", "right"],
     ["Left", "Right"],
     ["LEFT", "RIGHT"],
@@ -60,6 +60,8 @@ const SIDES: [[&str; 2]; 24] = [
     ["/l/", "/r/"],
     ["_l/", "_r/"],
     ["_l_", "_r_"],
+    ["_L/", "_R/"],
+    ["lcam", "rcam"],
     ["CAM_B", "CAM_C"],
     ["upper", "lower"],
 ];
@@ -188,15 +190,17 @@ fn candidates(all: &[&Topic]) -> Vec<[Topic; 2]> {
             None => once.push(topic),
         }
     }
+    // A slash at the end, so that `/stereo_l` and `/stereo_l/image` are alike.
+    let ended = |topic: &Topic| format!("{}/", topic.stem());
     for [left, right] in SIDES {
         let partner = |topic: &&&Topic| {
-            let name = topic.stem();
+            let name = ended(topic);
             let places = name.match_indices(left).map(|(at, _)| at);
             let one = |at: usize| format!("{}{right}{}", &name[..at], &name[at + left.len()..]);
             let names: Vec<String> = places.map(one).chain([name.replace(left, right)]).collect();
-            let found = once.iter().find(|other| {
-                names.iter().any(|name| name == other.stem() && other.stem() != topic.stem())
-            });
+            let found = once
+                .iter()
+                .find(|other| names.contains(&ended(other)) && other.stem() != topic.stem());
             found.map(|other| [(**topic).clone(), (*other).clone()])
         };
         let found: Vec<[Topic; 2]> = once.iter().filter_map(|topic| partner(&topic)).collect();
@@ -335,5 +339,27 @@ impl<'a> Pairing<'a> {
             })?;
         }
         ControlFlow::Continue(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn topics_that_drivers_and_data_sets_use_tell_left_and_right() {
+        for names in [
+            ["/snappy_cam/stereo_l", "/snappy_cam/stereo_r"],
+            ["/stereo/0", "/stereo/1"],
+            ["/front_L/image_raw", "/front_R/image_raw"],
+            ["/lcam_front/image", "/rcam_front/image"],
+            ["/oak/left/image_raw", "/oak/right/image_raw"],
+            ["/camera/camera/infra1/image_rect_raw", "/camera/camera/infra2/image_rect_raw"],
+        ] {
+            let topics = names.map(|name| Topic::of(name, "sensor_msgs/msg/Image").unwrap());
+            let [left, right] = topics.clone();
+            let found = Topics::choose(&[right, left], &Wanted::default()).unwrap();
+            assert_eq!(found, Topics(topics), "{names:?}");
+        }
     }
 }

@@ -18,11 +18,12 @@ pub(super) struct Layout {
 }
 
 /// Folders of left and right images, from the top of a data set.
-const FOLDERS: [[&str; 2]; 13] = [
+const FOLDERS: [[&str; 2]; 18] = [
     ["mav0/cam0/data", "mav0/cam1/data"],
     ["cam0/data", "cam1/data"],
     ["image_0", "image_1"],
     ["image_00/data", "image_01/data"],
+    ["image_00/data_rect", "image_01/data_rect"],
     ["image_00", "image_01"],
     ["image_2", "image_3"],
     ["image_02/data", "image_03/data"],
@@ -32,19 +33,27 @@ const FOLDERS: [[&str; 2]; 13] = [
     ["left", "right"],
     ["cam0", "cam1"],
     ["image_left", "image_right"],
+    ["imageL", "imageR"],
+    ["image_lcam_front", "image_rcam_front"],
+    ["stereo/left", "stereo/right"],
+    ["dso/cam0/images", "dso/cam1/images"],
 ];
 
 /// Files of one pair, or of many, in one folder.
-const FILES: [[&str; 2]; 5] = [
+const FILES: [[&str; 2]; 9] = [
     ["im0.*", "im1.*"],
     ["view1.*", "view5.*"],
     ["left*", "right*"],
     ["*_left.*", "*_right.*"],
     ["*_l.*", "*_r.*"],
+    ["*_L.*", "*_R.*"],
+    ["L*", "R*"],
+    ["*_cam0.*", "*_cam1.*"],
+    ["image_0_*", "image_1_*"],
 ];
 
 /// Files of a calibration, from the top of a data set; all files of a row are needed.
-const RIGS: [&[&str]; 9] = [
+const RIGS: [&[&str]; 11] = [
     &["mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml"],
     &["cam0/sensor.yaml", "cam1/sensor.yaml"],
     &["calib.txt"],
@@ -52,6 +61,8 @@ const RIGS: [&[&str]; 9] = [
     &["calib_cam_to_cam.txt"],
     &["rig.json"],
     &["camchain.yaml"],
+    &["camchain-imucam.yaml"],
+    &["K.txt"],
     &["intrinsics.yml", "extrinsics.yml"],
     &["left.yaml", "right.yaml"],
 ];
@@ -104,4 +115,39 @@ fn sides(top: &Path) -> Result<[Vec<PathBuf>; 2]> {
          pictures of both cameras",
         top.display()
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The sides of a folder with empty files of these names.
+    fn found(names: [&str; 2]) -> [Vec<PathBuf>; 2] {
+        let top = tempfile::tempdir().unwrap();
+        for name in names {
+            let path = top.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, "").unwrap();
+        }
+        let within = |path: &PathBuf| path.strip_prefix(top.path()).unwrap().to_path_buf();
+        sides(top.path()).unwrap().map(|side| side.iter().map(within).collect())
+    }
+
+    #[test]
+    fn folders_and_names_of_data_sets_and_drivers_tell_left_and_right() {
+        for names in [
+            ["imageL/1.png", "imageR/1.png"],
+            ["image_00/data_rect/0000000001.png", "image_01/data_rect/0000000001.png"],
+            ["image_lcam_front/000000_lcam_front.png", "image_rcam_front/000000_rcam_front.png"],
+            ["stereo/left/1399381444.png", "stereo/right/1399381444.png"],
+            ["dso/cam0/images/1520530308199447626.png", "dso/cam1/images/1520530308199447626.png"],
+            ["infra1/1.png", "infra2/1.png"],
+            ["room_L.png", "room_R.png"],
+            ["L0001.jpg", "R0001.jpg"],
+            ["frame0003_cam0.png", "frame0003_cam1.png"],
+            ["image_0_17.png", "image_1_17.png"],
+        ] {
+            assert_eq!(found(names), names.map(|name| vec![PathBuf::from(name)]), "{names:?}");
+        }
+    }
 }

@@ -121,3 +121,18 @@ pub(crate) const LUXONIS: &str = r#"{"cameraData": [
   "extrinsics": {"rotationMatrix": [[1, 0, 0], [0, 1, 0], [0, 0, 1]], "toCameraSocket": 0, "translation": {"x": 5.0, "y": 0, "z": 0}}}]],
  "stereoRectificationData": {"leftCameraSocket": 255, "rightCameraSocket": -1}}
 "#;
+
+/// Its log adds the prefixes.
+pub(crate) const MYNT: &str = "I0904 17:05:57.1 12659 utils.cc:43] Only one MYNT EYE device, select index: 0
+I0904 17:05:57.2 12659 get_img_params.cc:25] Intrinsics left: {width: 752, height: 480, fx: 353.25, fy: 353.75, cx: 366.5, cy: 231.25, model: 0, coeffs: [-0.27, 0.057, -0.00073, -0.00033, 0.0]}
+I0904 17:05:57.2 12659 get_img_params.cc:26] Intrinsics right: {equidistant, width: 752, height: 480, k2: -0.024, k3: 0.002, k4: -0.003, k5: -0.0002, mu: 366.5, mv: 366.75, u0: 388.25, v0: 236.5}
+I0904 17:05:57.2 12659 get_img_params.cc:28] Extrinsics right to left: {rotation: [1.0, 0.0, 0.0, 0.0, 0.8, -0.6, 0.0, 0.6, 0.8], translation: [-120.0, 10.0, 20.0]}
+";
+
+pub(crate) const REALSENSE_TABLE: &str = r#"{"baseline": "-49.9496", "intrinsic_left.x.x": "0.501421", "intrinsic_right.x.x": "0.500943",
+ "rectified.0.fx": "970.688", "rectified.0.fy": "970.688", "rectified.0.height": "1080", "rectified.0.ppx": "955.654",
+ "rectified.0.ppy": "545.571", "rectified.0.width": "1920", "rectified.1.fx": "647.125", "rectified.1.fy": "647.125",
+ "rectified.1.height": "720", "rectified.1.ppx": "637.103", "rectified.1.ppy": "363.714", "rectified.1.width": "1280",
+ "rectified.10.fx": "574.322", "rectified.10.fy": "574.322", "rectified.10.height": "0", "rectified.10.ppx": "367.102",
+ "rectified.10.ppy": "352.721", "rectified.10.width": "0"}
+"#;

@@ -7,21 +7,21 @@ use selfcal_commands::conventions::{Unknowns, import};
 use super::samples::{Sample, samples};
 use super::{moved, written};
 
-fn read(sample: &Sample) -> anyhow::Result<Meta> {
+pub(super) fn read(sample: &Sample) -> anyhow::Result<Meta> {
     let (_dir, paths) = written(sample.files.iter().map(|(name, text)| (*name, text.as_str())));
     import(&paths, sample.unknowns)
 }
 
-fn named(name: &str) -> Sample {
+pub(super) fn named(name: &str) -> Sample {
     samples().into_iter().find(|sample| sample.name == name).unwrap()
 }
 
-fn near<const N: usize>(a: [f64; N], b: [f64; N]) -> bool {
+pub(super) fn near<const N: usize>(a: [f64; N], b: [f64; N]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
 }
 
 /// The same sample with one text replaced, which must occur.
-fn with(name: &str, from: &str, to: &str) -> Sample {
+pub(super) fn with(name: &str, from: &str, to: &str) -> Sample {
     let mut sample = named(name);
     let there = sample.files.iter().any(|(_, text)| text.contains(from));
     assert!(there, "{name} has no {from}");
@@ -40,7 +40,7 @@ fn every_format_of_the_one_rig_moves_a_point_to_the_same_place() {
 
 #[test]
 fn rectifications_and_rectified_sets_give_their_own_rigs() {
-    for name in ["ROS", "ROS echo", "ORB-SLAM2"] {
+    for name in ["ROS", "ROS echo", "ORB-SLAM2", "stella_vslam", "OpenCV rectification"] {
         let at = moved(&read(&named(name)).unwrap(), [1.0, 0.0, 5.0]);
         assert!(near(at, [0.8 - 0.12, -0.6, 5.0]), "{name}: {at:?}");
     }

@@ -5,8 +5,10 @@ mod device_samples;
 mod examples;
 mod known_answers;
 mod mutated;
+mod posted;
 mod rectification;
 mod samples;
+mod tool_samples;
 
 use std::fs;
 use std::path::{Path, PathBuf};

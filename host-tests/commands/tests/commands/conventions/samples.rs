@@ -8,6 +8,7 @@ use selfcal_commands::conventions::Unknowns;
 
 use crate::conventions::device_samples::{LUXONIS, REALSENSE, REALSENSE_TEXT, SENSOR_CONTROL, ZED};
 use crate::conventions::examples::{KALIBR, OPENCV, ROS};
+use crate::conventions::tool_samples;
 
 /// A format: its name, its files, the values that they lack, and whether it has `R` and `T` of the rig above.
 pub(crate) struct Sample {
@@ -18,7 +19,7 @@ pub(crate) struct Sample {
 }
 
 /// Left camera to body, right camera to body.
-const TO_BODY: [&str; 2] = [
+pub(crate) const TO_BODY: [&str; 2] = [
     "0.0, 0.0, 1.0, 0.1, -1.0, 0.0, 0.0, 0.2, 0.0, -1.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0",
     "0.0, -0.6, 0.8, 0.09, -1.0, 0.0, 0.0, 0.08, 0.0, -0.8, -0.6, 0.32, 0.0, 0.0, 0.0, 1.0",
 ];
@@ -28,7 +29,7 @@ const TO_LEFT: &str =
     "1.0, 0.0, 0.0, 0.12, 0.0, 0.8, 0.6, -0.02, 0.0, -0.6, 0.8, -0.01, 0.0, 0.0, 0.0, 1.0";
 
 /// Cosine and sine of half of the angle.
-const HALF: [&str; 2] = ["0.9486832980505138", "0.31622776601683794"];
+pub(crate) const HALF: [&str; 2] = ["0.9486832980505138", "0.31622776601683794"];
 
 fn rows(sixteen: &str) -> String {
     let numbers: Vec<&str> = sixteen.split(", ").collect();
@@ -265,7 +266,7 @@ pub(crate) fn samples() -> Vec<Sample> {
         ("cam0.yaml", vins_camera("-0.28")),
         ("cam1.yaml", vins_camera("-0.29")),
     ];
-    vec![
+    let mut all = vec![
         sample("OpenCV", &pair(OPENCV), lacking([640, 480]), true),
         sample("OpenCV XML", &[("stereo.xml", XML.into())], none, true),
         sample("lists in JSON", &[("rig.json", LISTS.into())], none, true),
@@ -309,5 +310,7 @@ pub(crate) fn samples() -> Vec<Sample> {
         sample("Luxonis", &[("calib.json", LUXONIS.into())], none, true),
         sample("KITTI", &[("calib.txt", KITTI.into())], lacking([1241, 376]), false),
         sample("Middlebury", &[("calib.txt", MIDDLEBURY.into())], none, false),
-    ]
+    ];
+    all.extend(tool_samples::samples());
+    all
 }
