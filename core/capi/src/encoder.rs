@@ -51,9 +51,7 @@ unsafe impl Marked for FrameEncoder {
     const NAME: [u32; 2] = [0x5345_4C46, 0x5345_4E44];
 }
 
-const _: () = assert!(size_of::<FrameEncoder>() <= size_of::<selfcal_encoder_t>());
-const _: () = assert!(align_of::<FrameEncoder>() <= align_of::<selfcal_encoder_t>());
-const _: () = assert!(size_of::<selfcal_encoder_t>() == SELFCAL_ENCODER_STORAGE_SIZE);
+const _: () = marked::assert_fits::<FrameEncoder, selfcal_encoder_t>(SELFCAL_ENCODER_STORAGE_SIZE);
 const _: () = assert!(SELFCAL_FRAME_HEADER_BYTES == FrameHeader::BYTES);
 const _: () = assert!(SELFCAL_FRAME_MATCH_BYTES == MatchRecord::BYTES);
 

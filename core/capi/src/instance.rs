@@ -22,8 +22,7 @@ pub struct selfcal_t {
     opaque: [MaybeUninit<u64>; SELFCAL_STORAGE_WORDS],
 }
 
-const _: () = assert!(size_of::<Instance>() <= size_of::<selfcal_t>());
-const _: () = assert!(size_of::<selfcal_t>() == SELFCAL_STORAGE_SIZE);
+const _: () = marked::assert_fits::<Instance, selfcal_t>(SELFCAL_STORAGE_SIZE);
 const _: () = assert!(align_of::<Instance>() <= SELFCAL_STORAGE_ALIGN);
 
 /// Content of an initialised `selfcal_t`.

@@ -37,9 +37,7 @@ unsafe impl Marked for Link {
     const NAME: [u32; 2] = [0x5345_4C46, 0x4C49_4E4B];
 }
 
-const _: () = assert!(size_of::<Link>() <= size_of::<selfcal_link_t>());
-const _: () = assert!(align_of::<Link>() <= align_of::<selfcal_link_t>());
-const _: () = assert!(size_of::<selfcal_link_t>() == SELFCAL_LINK_STORAGE_SIZE);
+const _: () = marked::assert_fits::<Link, selfcal_link_t>(SELFCAL_LINK_STORAGE_SIZE);
 
 /// A whole frame. All 0 where none is whole.
 #[repr(C)]

@@ -21,6 +21,13 @@ pub(crate) unsafe trait Marked: Sized {
     };
 }
 
+/// Fails the build unless a content fits into its storage, of so many bytes.
+pub(crate) const fn assert_fits<M: Marked, Storage>(bytes: usize) {
+    assert!(size_of::<M>() <= size_of::<Storage>());
+    assert!(align_of::<M>() <= align_of::<Storage>());
+    assert!(size_of::<Storage>() == bytes);
+}
+
 /// Whether a value fits there.
 pub(crate) fn check_place<M: Marked>(place: *const M, size: usize) -> Result<(), selfcal_error_t> {
     check(place)?;

@@ -40,9 +40,7 @@ unsafe impl Marked for Joined {
     const NAME: [u32; 2] = [0x5345_4C46, 0x5452_434B];
 }
 
-const _: () = assert!(size_of::<Joined>() <= size_of::<selfcal_tracks_t>());
-const _: () = assert!(align_of::<Joined>() <= align_of::<selfcal_tracks_t>());
-const _: () = assert!(size_of::<selfcal_tracks_t>() == SELFCAL_TRACKS_STORAGE_SIZE);
+const _: () = marked::assert_fits::<Joined, selfcal_tracks_t>(SELFCAL_TRACKS_STORAGE_SIZE);
 
 /// Initialises tracks. Call it before the others; it also forgets the frames of tracks in use.
 ///

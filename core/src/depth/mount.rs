@@ -381,6 +381,25 @@ mod tests {
     }
 
     #[test]
+    fn after_a_restart_a_confirmed_yaw_needs_three_contradictions_and_an_unconfirmed_one_does_not()
+    {
+        let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+        let context = Context::new(&config, &factory, 1400.0);
+        let rows = rows(20, 0);
+        for confirmed in [false, true] {
+            let mut mount = MountYaw::CALIBRATED;
+            if confirmed {
+                mount.witness(0.0, 1e-7, &rows, &context).unwrap();
+            }
+            let (numbers, flags) = mount.parts();
+            let mut mount = mount.resumed(&MountYaw::of(numbers, flags).unwrap());
+            let wrong = [(); 3].map(|()| mount.witness(-0.008, 1e-7, &rows, &context).unwrap());
+            let waits = wrong.iter().filter(|found| **found == Witnessed::Waiting).count();
+            assert_eq!(waits >= 2, confirmed, "{wrong:?}");
+        }
+    }
+
+    #[test]
     fn rows_within_chance_of_the_earlier_ones_turn_nothing() {
         let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
         let context = Context::new(&config, &factory, 1400.0);

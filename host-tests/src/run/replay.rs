@@ -4,7 +4,9 @@ use std::fmt;
 
 use anyhow::{Result, bail};
 use stereo_selfcal::depth::RangeReading;
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, Outcome, Rejection, Scalar};
+use stereo_selfcal::{
+    Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Outcome, Rejection, Scalar,
+};
 
 use super::alone::PairSolver;
 use super::factory;
@@ -39,43 +41,33 @@ pub enum Apply {
 /// Number type of a run. This crate compiles the estimator for both types; a generic run would compile it again in every
 /// crate that uses one.
 pub trait ReplayScalar: Scalar {
-    /// A calibrator of a rig and a capacity, which selects from longer pairs.
+    /// Constructor of a calibrator of a capacity, which selects from longer pairs.
     ///
     /// # Errors
-    /// If the rig is not valid, or the type has no such capacity.
+    /// If the type has no such capacity.
     #[doc(hidden)]
-    fn replayed(
-        rig: &Meta,
-        config: Config,
-        start: Extrinsics<Self>,
-        capacity: Capacity,
-    ) -> Result<Box<dyn Replayed>>;
+    fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>>;
 }
 
+/// Makes the calibrator of a rig.
+type NewReplayed<T> = fn(Config, &FactoryCalibration<T>) -> Box<dyn Replayed>;
+
 impl ReplayScalar for f32 {
-    fn replayed(
-        rig: &Meta,
-        config: Config,
-        start: Extrinsics<Self>,
-        capacity: Capacity,
-    ) -> Result<Box<dyn Replayed>> {
+    fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>> {
         Ok(match capacity {
-            Capacity::N256 => Box::new(Solvers::<Self, 256>::of(rig, config, start)?),
-            Capacity::N2048 => Box::new(Solvers::<Self, 2048>::of(rig, config, start)?),
+            Capacity::N256 => Solvers::<Self, 256>::boxed,
+            Capacity::N2048 => Solvers::<Self, 2048>::boxed,
         })
     }
 }
 
 impl ReplayScalar for f64 {
-    fn replayed(
-        rig: &Meta,
-        config: Config,
-        start: Extrinsics<Self>,
-        capacity: Capacity,
-    ) -> Result<Box<dyn Replayed>> {
+    fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>> {
         match capacity {
-            Capacity::N256 => bail!("a capacity of 256 is for f32, the number type of a vehicle"),
-            Capacity::N2048 => Ok(Box::new(Solvers::<Self, 2048>::of(rig, config, start)?)),
+            Capacity::N256 => {
+                bail!("--capacity 256 is for --scalar f32, the number type of a vehicle")
+            }
+            Capacity::N2048 => Ok(Solvers::<Self, 2048>::boxed),
         }
     }
 }
@@ -103,10 +95,10 @@ struct Solvers<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Solvers<T, N> {
-    fn of(rig: &Meta, config: Config, start: Extrinsics<T>) -> Result<Self> {
-        let made = factory::of(rig, start)?;
-        let calibrator = Box::new(Calibrator::new(config, &made));
-        Ok(Self { calibrator, cameras: made.cameras, alone: PairSolver::new(config, &made) })
+    fn boxed(config: Config, made: &FactoryCalibration<T>) -> Box<dyn Replayed> {
+        let calibrator = Box::new(Calibrator::new(config, made));
+        let alone = PairSolver::new(config, made);
+        Box::new(Self { calibrator, cameras: made.cameras, alone })
     }
 }
 
@@ -148,7 +140,7 @@ impl Running {
         apply: Apply,
     ) -> Result<Self> {
         let factory = in_f64(&start);
-        let replayed = T::replayed(rig, config, start, capacity)?;
+        let replayed = T::replayed(capacity)?(config, &factory::of(rig, start)?);
         let log = if rig.has_reference() {
             RunLog::new(rig.extrinsics()?, factory)
         } else {

@@ -2,22 +2,13 @@
 
 use crate::api::depth::{NONE, Tested, calibrated, off, run, tracked};
 use crate::api::scene::cameras;
+use crate::link::vectors;
 use stereo_selfcal::batch::RayPair;
 use stereo_selfcal::depth::{MotionError, Tracks, Witnessed};
 use stereo_selfcal::link::{Decoder, Encoder, FrameHeader, MatchRecord, Tracking};
 use stereo_selfcal::{Config, Correspondence, Reason};
 
-const HEADER: FrameHeader = FrameHeader {
-    timestamp_us: 0,
-    sequence: 0,
-    count: 0,
-    image_size: [1920, 1200],
-    grid_step: 0,
-    fraction_bits: 8,
-    pyramid_ratio: 64,
-    dropped_before: false,
-    more_found: false,
-};
+const HEADER: FrameHeader = FrameHeader { grid_step: 0, fraction_bits: 8, ..vectors::HEADER };
 
 /// The match of rays, in the resolution of the wire; `None` outside of an image.
 fn seen(rays: &RayPair<f32>) -> Option<Correspondence<f32>> {

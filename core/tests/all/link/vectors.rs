@@ -7,7 +7,7 @@ use std::{env, fs};
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Decoder, Encoder, Event, FrameHeader, MatchRecord};
 
-const HEADER: FrameHeader = FrameHeader {
+pub(crate) const HEADER: FrameHeader = FrameHeader {
     timestamp_us: 0,
     sequence: 0,
     count: 0,

@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::conventions;
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result};
 use clap::{Args, ValueEnum};
 use host_tests::data::{Meta, Rows, WrongSign, matrix};
 use host_tests::run::{Apply, Capacity, Feed, RunLog, Step, replay_pairs};
@@ -121,14 +121,12 @@ impl Setup {
                 }
             );
         }
-        match (self.scalar, self.capacity) {
-            (Number::F32, capacity) => {
+        let capacity = self.capacity;
+        match self.scalar {
+            Number::F32 => {
                 replay_pairs(feed, config, start::<f32>(initial, &rig)?, capacity, apply, each)
             }
-            (Number::F64, Capacity::N256) => {
-                bail!("--capacity 256 is for --scalar f32, the number type of a vehicle")
-            }
-            (Number::F64, capacity) => {
+            Number::F64 => {
                 replay_pairs(feed, config, start::<f64>(initial, &rig)?, capacity, apply, each)
             }
         }
