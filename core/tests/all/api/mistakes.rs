@@ -356,7 +356,7 @@ fn one_pair_of_the_same_image_repeated_is_no_depth_by_chance() {
     for seed in 0..24 {
         let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
         let pairs = [(); 4].map(|()| same_image(&mut rng, 0.3, 0.0));
-        let again = std::iter::repeat_n(pairs[3].clone(), 100);
+        let again = core::iter::repeat_n(pairs[3].clone(), 100);
         assert!(!ever_arms(pairs.into_iter().chain(again)), "{seed}");
     }
 }
