@@ -1896,6 +1896,14 @@ typedef struct selfcal_range_t {
      * distance of a wall ahead.
      */
     uint32_t along_axis;
+    /**
+     * 0: a match of the last pair within 3 px of `pixel_px` tells the disparity. Otherwise `right_px` does.
+     */
+    uint32_t has_right;
+    /**
+     * The same point in the right image, px, before undistortion, if the matcher has looked for it.
+     */
+    float right_px[2];
 } selfcal_range_t;
 
 /**
@@ -2306,8 +2314,8 @@ selfcal_error_t selfcal_restore(struct selfcal_t *cal,
 
 /**
  * Adds a point of known distance, once the pair that shows it has ended, and before the next: it tells the yaw of the
- * mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match within 3 px
- * that fits the estimate. Five readings of 1 %, or ten of 3 %, are enough.
+ * mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match that fits the
+ * estimate: its own, or one of the pair within 3 px. Five readings of 1 %, or ten of 3 %, are enough.
  *
  * A reading that contradicts the yaw so far waits until more readings in a row agree with it than support that yaw,
  * of which three count.

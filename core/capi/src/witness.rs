@@ -22,12 +22,21 @@ pub struct selfcal_range_t {
     /// 0: along the ray of the pixel, as a laser rangefinder measures it. Otherwise along the optical axis, such as the
     /// distance of a wall ahead.
     pub along_axis: u32,
+    /// 0: a match of the last pair within 3 px of `pixel_px` tells the disparity. Otherwise `right_px` does.
+    pub has_right: u32,
+    /// The same point in the right image, px, before undistortion, if the matcher has looked for it.
+    pub right_px: [f32; 2],
 }
 
 impl From<&selfcal_range_t> for RangeReading<f32> {
     fn from(range: &selfcal_range_t) -> Self {
         let of = if range.along_axis == 0 { Range::AlongRay } else { Range::AlongAxis };
-        Self { pixel: range.pixel_px, range: of(range.range_m), sd_m: range.sd_m }
+        Self {
+            pixel: range.pixel_px,
+            right: (range.has_right != 0).then_some(range.right_px),
+            range: of(range.range_m),
+            sd_m: range.sd_m,
+        }
     }
 }
 
@@ -53,8 +62,8 @@ c_enum! {
 from_core!(Witnessed => selfcal_witnessed_t from 19000, else SELFCAL_WITNESSED_UNKNOWN);
 
 /// Adds a point of known distance, once the pair that shows it has ended, and before the next: it tells the yaw of the
-/// mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match within 3 px
-/// that fits the estimate. Five readings of 1 %, or ten of 3 %, are enough.
+/// mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match that fits the
+/// estimate: its own, or one of the pair within 3 px. Five readings of 1 %, or ten of 3 %, are enough.
 ///
 /// A reading that contradicts the yaw so far waits until more readings in a row agree with it than support that yaw,
 /// of which three count.

@@ -11,6 +11,7 @@ pub use correspondence::RayPair;
 use correspondence::{Cameras, Correspondence};
 use grid::CellSet;
 use nalgebra::Vector2;
+use row_offset::is_within_rows;
 pub use row_offset::row_offset;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
@@ -186,8 +187,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         let mut nearest = (reach * reach, None);
         for pair in self.pairs() {
             let squared = (pair.left - ray).norm_squared();
-            let fits = || row_offset(pose, pair).is_some_and(|offset| offset.abs() <= most);
-            if squared <= nearest.0 && fits() {
+            if squared <= nearest.0 && is_within_rows(pair, pose, most) {
                 nearest = (squared, Some(pair));
             }
         }

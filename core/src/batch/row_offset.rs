@@ -26,6 +26,15 @@ pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<
     Some(y_l * inverse_l - y_r * inverse_r)
 }
 
+/// Whether the row offset at a pose is at most so large, at unit depth.
+pub(crate) fn is_within_rows<T: Scalar>(
+    pair: &RayPair<T>,
+    pose: &RectifyingRotations<T>,
+    most: T,
+) -> bool {
+    row_offset(pose, pair).is_some_and(|offset| offset.abs() <= most)
+}
+
 /// Inverses of two depths by one division, the slowest instruction of a controller; `None` if a
 /// depth is below [`MIN_DEPTH`] or NaN.
 #[inline(always)]

@@ -2,6 +2,7 @@
 
 use super::Calibrator;
 use crate::batch::correspondence::RayPair;
+use crate::batch::row_offset::is_within_rows;
 use crate::depth::motion::TurnByMotion;
 use crate::depth::mount::Witnessed;
 use crate::depth::range::RangeReading;
@@ -58,9 +59,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         pushed
     }
 
-    /// Adds a point of known distance. Call it after the pair that shows the point has ended, and before the next pair: the
-    /// nearest match that fits the estimate, within 3 px in the left image, gives the yaw. Five readings of 1 %, or ten of
-    /// 3 %, are enough. One pass over the batch.
+    /// Adds a point of known distance. Call it after the pair that shows the point has ended, and before the next pair: its
+    /// own match ([`RangeReading::right`]), or else the nearest match within 3 px in the left image, gives the yaw. The match
+    /// must fit the estimate. Five readings of 1 %, or ten of 3 %, are enough. At most one pass over the batch.
     ///
     /// A reading that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more readings in a row agree with it
     /// than support that yaw, of which three count. [`crate::Health::contradicting_ranges`] counts both kinds of readings
@@ -73,7 +74,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if !reading.is_valid() {
             return Err(RangeError::Reading);
         }
-        let ray = self.factory.cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
+        let cameras = &self.factory.cameras;
+        let ray = cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
+        let right = reading.right.map(|pixel| cameras.right.ray(pixel));
+        let right = right.transpose().map_err(RangeError::Pixel)?;
         if self.frozen || self.estimator.state() != State::Locked {
             return Err(RangeError::NotLocked);
         }
@@ -82,7 +86,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let noise = self.estimator.noise() / context.focal;
         let reach = T::lit(RANGE_REACH_PX) / context.focal;
         let most = T::lit(LENS_FOUND) * (noise + noise);
-        let pair = self.batch.nearest(&ray, reach, &pose, most).ok_or(RangeError::NoMatch)?;
+        let pair = match right {
+            Some(right) => RayPair::try_new(ray.into(), right.into())
+                .filter(|own| is_within_rows(own, &pose, most)),
+            None => self.batch.nearest(&ray, reach, &pose, most).copied(),
+        };
+        let pair = &pair.ok_or(RangeError::NoMatch)?;
         let known = reading.inverse_depth(&ray, baseline_m);
         let [turn, variance] = known.turn(&pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
         let mount = self.estimator.mount_mut().ok_or(RangeError::NotLocked)?;

@@ -25,6 +25,9 @@ pub enum Range<T> {
 pub struct RangeReading<T> {
     /// `[u, v]` in the left image, px, before undistortion.
     pub pixel: [T; 2],
+    /// The same point in the right image, if the matcher has looked for it; `None`: a match of the last pair within 3 px of
+    /// `pixel` tells it, and few pairs have one there.
+    pub right: Option<[T; 2]>,
     /// Its distance, m.
     pub range: Range<T>,
     /// Standard deviation of the distance, m.
@@ -119,7 +122,7 @@ mod tests {
             let distance = Vector3::new(x, y, z).norm() * baseline_m;
             for (range, sd_m) in [(Range::AlongAxis(depth), 0.01), (Range::AlongRay(distance), 0.1)]
             {
-                let reading = RangeReading { pixel: [0.0; 2], range, sd_m };
+                let reading = RangeReading { pixel: [0.0; 2], right: None, range, sd_m };
                 let expected = reading.inverse_depth(&pair.left, baseline_m);
                 for yaw in [0.0, 3e-3, -3e-3] {
                     let off = truth().stepped_by(&Vector5::new(0.0, yaw, 0.0, 0.0, 0.0)).unwrap();
@@ -133,8 +136,10 @@ mod tests {
 
     #[test]
     fn a_reading_beyond_a_sensor_is_refused() {
-        let reading =
-            |range, sd_m| RangeReading { pixel: [0.0; 2], range: Range::AlongAxis(range), sd_m };
+        let reading = |range, sd_m| {
+            let range = Range::AlongAxis(range);
+            RangeReading { pixel: [0.0; 2], right: None, range, sd_m }
+        };
         assert!(reading(10.0, 0.1).is_valid());
         for (range, sd) in [(0.0, 0.1), (-1.0, 0.1), (1e9, 0.1), (f64::NAN, 0.1), (10.0, 0.0)] {
             assert!(!reading(range, sd).is_valid(), "{range} {sd}");

@@ -83,7 +83,7 @@ impl Calibrator {
         Ok(named)
     }
 
-    #[pyo3(signature = (pixel, range_m, sd_m, *, along="ray"))]
+    #[pyo3(signature = (pixel, range_m, sd_m, *, along="ray", right=None))]
     fn push_range(
         &self,
         py: Python<'_>,
@@ -91,13 +91,16 @@ impl Calibrator {
         range_m: f64,
         sd_m: f64,
         along: &str,
+        right: Option<[f64; 2]>,
     ) -> PyResult<String> {
         let range = match along {
             "ray" => Range::AlongRay(range_m as f32),
             "axis" => Range::AlongAxis(range_m as f32),
             other => return Err(value(format!("along: 'ray' or 'axis', not {other:?}"))),
         };
-        let reading = RangeReading { pixel: pixel.map(|x| x as f32), range, sd_m: sd_m as f32 };
+        let single = |pixel: [f64; 2]| pixel.map(|x| x as f32);
+        let (pixel, right) = (single(pixel), right.map(single));
+        let reading = RangeReading { pixel, right, range, sd_m: sd_m as f32 };
         let witnessed =
             self.with(py, |engine| each!(engine, held => held.calibrator.push_range(&reading)))?;
         Ok(name(&witnessed.map_err(raised("range"))?))

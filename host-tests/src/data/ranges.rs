@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::Scalar;
 use stereo_selfcal::depth::{Range, RangeReading};
@@ -20,6 +20,11 @@ struct Row {
     range_m: f64,
     sd_m: f64,
     along: Along,
+    /// The same point in the right image.
+    #[serde(default)]
+    ur: Option<f64>,
+    #[serde(default)]
+    vr: Option<f64>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -29,7 +34,8 @@ enum Along {
     Ray,
 }
 
-/// Reads a file of the columns `pair,u,v,range_m,sd_m,along` (`axis` or `ray`).
+/// Reads a file of the columns `pair,u,v,range_m,sd_m,along` (`axis` or `ray`), and optionally `ur,vr`: the same point in
+/// the right image.
 ///
 /// # Errors
 /// Names the file.
@@ -38,12 +44,22 @@ pub fn read(path: &Path) -> Result<Ranges> {
         let text = fs::read_to_string(path)?;
         let mut ranges = Ranges::new();
         for row in csv::Reader::from_reader(text.as_bytes()).into_deserialize() {
-            let Row { pair, u, v, range_m, sd_m, along } = row?;
+            let Row { pair, u, v, range_m, sd_m, along, ur, vr } = row?;
             let range = match along {
                 Along::Axis => Range::AlongAxis(range_m),
                 Along::Ray => Range::AlongRay(range_m),
             };
-            ranges.entry(pair).or_default().push(RangeReading { pixel: [u, v], range, sd_m });
+            let right = match (ur, vr) {
+                (Some(ur), Some(vr)) => Some([ur, vr]),
+                (None, None) => None,
+                _ => bail!("pair {pair}: ur without vr, or vr without ur"),
+            };
+            ranges.entry(pair).or_default().push(RangeReading {
+                pixel: [u, v],
+                right,
+                range,
+                sd_m,
+            });
         }
         Ok(ranges)
     };
@@ -61,12 +77,13 @@ pub fn write(path: &Path, ranges: &Ranges) -> Result<()> {
 fn write_rows(path: &Path, ranges: &Ranges) -> Result<()> {
     let mut writer = csv::Writer::from_path(path)?;
     for (&pair, readings) in ranges {
-        for RangeReading { pixel: [u, v], range, sd_m } in readings {
+        for RangeReading { pixel: [u, v], right, range, sd_m } in readings {
             let (along, range_m) = match *range {
                 Range::AlongAxis(range_m) => (Along::Axis, range_m),
                 Range::AlongRay(range_m) => (Along::Ray, range_m),
             };
-            writer.serialize(Row { pair, u: *u, v: *v, range_m, sd_m: *sd_m, along })?;
+            let [ur, vr] = right.map_or([None; 2], |[u, v]| [Some(u), Some(v)]);
+            writer.serialize(Row { pair, u: *u, v: *v, range_m, sd_m: *sd_m, along, ur, vr })?;
         }
     }
     Ok(writer.flush()?)
@@ -75,12 +92,13 @@ fn write_rows(path: &Path, ranges: &Ranges) -> Result<()> {
 /// A reading in the numbers of a calibrator.
 #[must_use]
 pub fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {
-    let RangeReading { pixel, range, sd_m } = *reading;
+    let RangeReading { pixel, right, range, sd_m } = *reading;
     let range = match range {
         Range::AlongAxis(depth) => Range::AlongAxis(T::lit(depth)),
         Range::AlongRay(range) => Range::AlongRay(T::lit(range)),
     };
-    RangeReading { pixel: pixel.map(T::lit), range, sd_m: T::lit(sd_m) }
+    let right = right.map(|pixel| pixel.map(T::lit));
+    RangeReading { pixel: pixel.map(T::lit), right, range, sd_m: T::lit(sd_m) }
 }
 
 #[cfg(test)]
@@ -93,12 +111,19 @@ mod tests {
         let path = dir.path().join("ranges.csv");
         let heading = "pair,u,v,range_m,sd_m,along\n";
         fs::write(&path, format!("{heading}4,10,20,8.5,0.1,ray\n4,11,20,9,0.2,axis\n")).unwrap();
-        let reading = RangeReading { pixel: [11.0, 20.0], range: Range::AlongAxis(9.0), sd_m: 0.2 };
+        let range = Range::AlongAxis(9.0);
+        let reading = RangeReading { pixel: [11.0, 20.0], right: None, range, sd_m: 0.2 };
         let ranges = read(&path).unwrap();
         assert_eq!(ranges[&4][1], reading);
         write(&path, &ranges).unwrap();
         assert_eq!(read(&path).unwrap(), ranges);
         fs::write(&path, format!("{heading}4,10,20,8.5,0.1,sideways\n")).unwrap();
         assert!(format!("{:#}", read(&path).unwrap_err()).contains("ranges.csv"));
+        let with_own_match = "pair,u,v,range_m,sd_m,along,ur,vr\n";
+        fs::write(&path, format!("{with_own_match}4,11,20,9,0.2,axis,5,21\n")).unwrap();
+        let own = RangeReading { right: Some([5.0, 21.0]), ..reading };
+        assert_eq!(read(&path).unwrap()[&4], [own]);
+        fs::write(&path, format!("{with_own_match}4,11,20,9,0.2,axis,5,\n")).unwrap();
+        assert!(format!("{:#}", read(&path).unwrap_err()).contains("ur without vr"));
     }
 }

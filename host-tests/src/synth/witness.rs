@@ -94,6 +94,7 @@ impl Rangefinder {
         let m = pair.matches.get(at)?;
         (read > 0.0).then_some(RangeReading {
             pixel: [m.ul, m.vl],
+            right: None,
             range: Range::AlongRay(read),
             sd_m: self.sd * read,
         })

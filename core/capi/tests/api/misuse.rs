@@ -32,7 +32,14 @@ pub(crate) fn four() -> *mut f32 {
 pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_error_t)> {
     let factory = factory(&recorded());
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
-    let range = selfcal_range_t { pixel_px: [9.0; 2], range_m: 5.0, sd_m: 0.1, along_axis: 0 };
+    let range = selfcal_range_t {
+        pixel_px: [9.0; 2],
+        range_m: 5.0,
+        sd_m: 0.1,
+        along_axis: 0,
+        has_right: 0,
+        right_px: [0.0; 2],
+    };
     let tracked = selfcal_tracked_t { words: [0; 10] };
     let mut tracks = Joined::new();
     let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());

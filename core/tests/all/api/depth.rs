@@ -149,7 +149,7 @@ pub(crate) fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeR
     let b = rotations.right() * Vector3::new(r[0], r[1], 1.0);
     let disparity = a.x / a.z - b.x / b.z;
     let depth = BASELINE_M / (disparity * a.z) * factor;
-    RangeReading { pixel: c.left, range: Range::AlongAxis(depth), sd_m: 0.01 * depth }
+    RangeReading { pixel: c.left, right: None, range: Range::AlongAxis(depth), sd_m: 0.01 * depth }
 }
 
 pub(crate) fn with_baseline() -> Tested {
@@ -219,6 +219,35 @@ fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
     for metres in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         assert_eq!(made().with_baseline_m(metres), Err(ConfigError::BaselineLength));
     }
+}
+
+#[test]
+fn a_reading_with_its_own_match_needs_none_of_the_pair() {
+    let mut calibrator = with_baseline();
+    let rig = [0.0, 1.0, 0.0];
+    run(&mut calibrator, rig, 0.009, 0..8);
+    let pair = warped(rig, 0.009, 8);
+    // The pair itself lacks the points of the readings.
+    let (read, fused): (Vec<_>, Vec<_>) = pair.iter().partition(|c| {
+        pair[..60]
+            .iter()
+            .step_by(9)
+            .any(|of| (of.left[0] - c.left[0]).hypot(of.left[1] - c.left[1]) < 4.0)
+    });
+    take(&mut calibrator, &fused).unwrap();
+    for c in &read[..6] {
+        let alone = reading(rig, c, 1.0);
+        assert_eq!(calibrator.push_range(&alone), Err(RangeError::NoMatch));
+        let own = |right| RangeReading { right: Some(right), ..alone };
+        let [u, v] = c.right;
+        assert_eq!(calibrator.push_range(&own([u, v + 9.0])), Err(RangeError::NoMatch));
+        let outside = RangeError::Pixel(UndistortError::OutsideImage);
+        assert_eq!(calibrator.push_range(&own([-5.0, v])), Err(outside));
+        assert!(calibrator.push_range(&own([u, v])).is_ok());
+    }
+    calibrator.apply().unwrap();
+    let yaw = off(&calibrator, rig).y;
+    assert!(yaw.abs() < 5e-4, "{yaw}");
 }
 
 #[test]
@@ -355,6 +384,7 @@ fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
         let mut any = || any_number(&mut rng);
         let reading = RangeReading {
             pixel: [any(), any()],
+            right: (any() > 0.5).then(|| [any(), any()]),
             range: if any() > 0.5 { Range::AlongAxis(any()) } else { Range::AlongRay(any()) },
             sd_m: any(),
         };

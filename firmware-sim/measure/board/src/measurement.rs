@@ -324,7 +324,7 @@ fn witnesses<T: Scalar>(
     for record in records.iter().step_by(CAPACITY / 16) {
         let c: Correspondence<T> = pair::converted(&record.decode(&HEADER));
         let (depth, sd_m) = (Range::AlongAxis(T::lit(10.0)), T::lit(0.1));
-        let reading = RangeReading { pixel: c.left, range: depth, sd_m };
+        let reading = RangeReading { pixel: c.left, right: None, range: depth, sd_m };
         range = range.max(probe.run(|| calls::push_range(calibrator, &reading)).1);
     }
     let Some(origin) = RayPair::try_new([T::ZERO; 2], [T::ZERO; 2]) else {

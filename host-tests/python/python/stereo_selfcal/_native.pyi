@@ -387,18 +387,26 @@ class Calibrator:
         """Statistics of the frames: ``good``, ``bad_crc``, ``truncated``, ``gaps``, .."""
 
     def push_range(
-        self, pixel: Sequence[float], range_m: float, sd_m: float, *, along: Literal["ray", "axis"] = "ray"
+        self,
+        pixel: Sequence[float],
+        range_m: float,
+        sd_m: float,
+        *,
+        along: Literal["ray", "axis"] = "ray",
+        right: Sequence[float] | None = None,
     ) -> Literal["taken", "waiting"]:
         """Add a point of known distance, after `fuse`: it tells yaw from the lens.
 
         Parameters
         ----------
         pixel : (float, float)
-            Pixel of the left image, within 3 px of a match of the last pair.
+            Pixel of the left image.
         range_m, sd_m : float
             Distance from the left camera and its standard deviation, m.
         along : str
             ``"ray"``: as a laser measures it; ``"axis"``: depth.
+        right : (float, float), optional
+            The same point in the right image. Default: a match of the last pair within 3 px of `pixel` tells it.
 
         Returns
         -------

@@ -15,7 +15,12 @@ pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
 
 fn reading() -> RangeReading<f32> {
     let range = if black_box(false) { Range::AlongAxis } else { Range::AlongRay };
-    RangeReading { pixel: numbers(), range: range(number()), sd_m: number() }
+    RangeReading {
+        pixel: numbers(),
+        right: black_box(false).then(numbers),
+        range: range(number()),
+        sd_m: number(),
+    }
 }
 
 /// Tracked matches, whose number is unknown to the compiler.
