@@ -104,7 +104,8 @@ def test_ranges_tell_yaw(made: Made) -> None:
         calibrator.push_range((5.0, 5.0), 5.0, 0.05)
     # A point that no pair has shown, with its own match.
     point = np.array([0.5, -0.2, 4.5])
-    [pixel], [own] = left.pixels([point[:2] / 4.5]), right.pixels([(moved := made.R @ point + made.t * 0.3)[:2] / moved[2]])
+    moved = made.R @ point + made.t * 0.3
+    [pixel], [own] = left.pixels([point[:2] / 4.5]), right.pixels([moved[:2] / moved[2]])
     with pytest.raises(sc.RangeError, match="within 3 px"):
         calibrator.push_range(pixel, 4.5, 0.01, along="axis")
     assert calibrator.push_range(pixel, 4.5, 0.01, along="axis", right=own) == "taken"

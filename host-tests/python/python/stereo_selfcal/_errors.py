@@ -119,7 +119,7 @@ ADVICE: dict[int, str] = {
     1102: "Make the rig with the images of this matcher.",
     1200: "Make the rig with baseline_m.",
     1202: "Pass a distance and a standard deviation, m, of a sensor.",
-    1203: "Take another pair; for a range, pass a pixel within 3 px of a match of the last pair, or the point in the right image.",
+    1203: "Take another pair; for a range, pass a pixel within 3 px of a match of the last pair, or the right pixel.",
     1204: "The sensor or the tracker saw something else, or its scale is wrong.",
     1222: "Normal at rest and in a turn: the rig must move by several baselines.",
 }
