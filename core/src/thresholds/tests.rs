@@ -1,23 +1,50 @@
-#[test]
-fn every_threshold_stands_in_the_derivation_with_its_value() {
-    let table = include_str!("../../ESTIMATOR.md");
-    let mut found = 0;
-    let files =
-        [include_str!("../thresholds.rs"), include_str!("pair.rs"), include_str!("paper.rs")];
-    for line in files.iter().flat_map(|file| file.lines()) {
-        let Some(constant) = line.trim_start().strip_prefix("pub(crate) const ") else {
+//! The table of thresholds in the derivation is written from their documentation.
+
+extern crate std;
+
+use std::fs;
+use std::string::String;
+use std::vec::Vec;
+
+const FILES: [&str; 3] =
+    [include_str!("../thresholds.rs"), include_str!("pair.rs"), include_str!("paper.rs")];
+
+/// Name and value of a line that defines a threshold.
+fn defined(line: &str) -> Option<(&str, &str)> {
+    let (name, rest) = line.trim_start().strip_prefix("pub(crate) const ")?.split_once(':')?;
+    Some((name, rest.split_once(" = ")?.1.trim_end_matches(';')))
+}
+
+/// One row of markdown for each documentation comment, with the thresholds below it.
+fn table() -> String {
+    let mut rows = String::from("| threshold | value | meaning |\n|---|---|---|\n");
+    for block in FILES.iter().flat_map(|file| file.split("\n\n")) {
+        let lines = block.lines().map(str::trim_start);
+        let (names, values): (Vec<_>, Vec<_>) = lines.clone().filter_map(defined).unzip();
+        if names.is_empty() {
             continue;
-        };
-        let (name, rest) = constant.split_once(':').unwrap();
-        let value = rest.split_once(" = ").unwrap().1.trim_end_matches(';');
-        let stands = |row: &&str| {
-            let mut cells = row.split(" | ");
-            let [names, values] = [cells.next(), cells.next()].map(Option::unwrap_or_default);
-            let quoted = names.split('`').any(|cell| cell == name);
-            quoted && values.contains(value)
-        };
-        assert!(table.lines().any(|row| stands(&row)), "{name} = {value}");
-        found += 1;
+        }
+        let meaning: Vec<_> = lines.filter_map(|line| line.strip_prefix("/// ")).collect();
+        assert!(!meaning.is_empty(), "{names:?} without documentation");
+        let names: Vec<_> = names.iter().map(|name| std::format!("`{name}`")).collect();
+        let meaning = meaning.join(" ").replace("[`crate::", "`").replace("[`", "`").replace("`]", "`");
+        let [names, values] = [names.join(", "), values.join(", ")];
+        rows += &std::format!("| {names} | {values} | {} |\n", meaning.replace('|', "\\|"));
     }
-    assert!(found > 90, "{found}");
+    rows
+}
+
+#[test]
+fn the_derivation_has_the_table_of_thresholds() {
+    const MARKS: [&str; 2] = ["<!-- thresholds -->\n", "<!-- end of thresholds -->"];
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/ESTIMATOR.md");
+    let text = fs::read_to_string(path).unwrap();
+    let (before, rest) = text.split_once(MARKS[0]).unwrap();
+    let (written, after) = rest.split_once(MARKS[1]).unwrap();
+    if std::env::var_os("UPDATE_EXPECT").is_some() {
+        let text = [before, MARKS[0], &table(), MARKS[1], after].concat();
+        fs::write(path, text).unwrap();
+    } else {
+        assert_eq!(written, table(), "UPDATE_EXPECT=1 writes it");
+    }
 }
