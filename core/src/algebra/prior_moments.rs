@@ -11,6 +11,7 @@
 use nalgebra::Vector5;
 
 use super::disparity_noise::{BaselineNoise, BiasedEquations};
+use super::information::Information;
 use super::moments::{COORDINATES, Moments};
 use crate::scalar::Scalar;
 
@@ -21,28 +22,47 @@ const FREE: [usize; 6] = [3, 4, 8, 9, 10, 11];
 /// radian.
 pub(crate) const MAX_RESPONSE: f32 = 1e3;
 
+/// Largest sums of a prior over the weights that they cancel to: rounding in `f32` is then 0.6 % of the weights.
+const MAX_CANCELLATION: f64 = 1e5;
+
 /// Columns of `E` for the coordinates of [`FREE`], 1/rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Response<T>(pub(crate) [[T; 5]; 6]);
 
 impl<T: Scalar> Response<T> {
-    /// Response of sums about the pose of their frame; `None` if they have no solution.
+    pub(crate) const ZERO: Self = Self([[T::ZERO; 5]; 6]);
+
+    /// Sets the response of sums about the pose of their frame; `None` if they have no solution.
     ///
-    /// * `prior`: information on each unknown beside the sums, 1/rad^2.
+    /// * `information`: of the sums; `prior`: information on each unknown beside the sums, 1/rad^2.
     #[inline(never)]
-    pub(crate) fn of(sums: &Moments<T>, prior: T) -> Option<Self> {
-        let mut joint = sums.at_frame().information.0;
+    pub(crate) fn set(
+        &mut self,
+        sums: &Moments<T>,
+        information: &Information<T>,
+        prior: T,
+    ) -> Option<()> {
+        let mut joint = information.0;
         joint.add_diagonal(prior);
         let factor = joint.factor(T::ZERO)?;
         let most = T::single(MAX_RESPONSE);
-        let mut response = [[T::ZERO; 5]; 6];
-        for (column, coordinate) in response.iter_mut().zip(FREE) {
+        for (column, coordinate) in self.0.iter_mut().zip(FREE) {
             let moved = factor.solve(&sums.by_unknowns(coordinate));
             for (to, from) in column.iter_mut().zip(moved.iter()) {
                 *to = if from.is_finite() { from.clamp(-most, most) } else { T::ZERO };
             }
         }
-        Some(Self(response))
+        Some(())
+    }
+
+    /// Whether sums `E^T H E` keep the digits of `H`. The covariance of a vibrating rig has less information than the
+    /// weight of its matches, while the response is as large as before, so no smaller bound holds.
+    pub(crate) fn keeps_digits_of(&self, information: &Information<T>) -> bool {
+        let [weights, ..] = information.0.diagonal();
+        self.0.iter().all(|column| {
+            let column = Vector5::from(*column);
+            column.dot(&information.times(&column)) <= weights * T::lit(MAX_CANCELLATION)
+        })
     }
 
     /// The column of each coordinate: `cx cy cz xx yy zz xy xz yz`, then the lens.
@@ -95,6 +115,7 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// `D^T M` of one coordinate, in the frame of the sums.
+    #[inline(never)]
     fn by_unknowns(&self, coordinate: usize) -> Vector5<T> {
         let with = |other: usize| {
             let (row, column) = (coordinate.max(other), coordinate.min(other));
@@ -109,7 +130,6 @@ impl<T: Scalar> Moments<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::information::Information;
     use crate::algebra::normal_equations::NormalEquations;
     use crate::algebra::symmetric5::Symmetric5;
     use crate::geometry::rectification::tests::pose;
@@ -137,7 +157,8 @@ mod tests {
             assert!(off.normal.gradient.amax() < 1e-4, "{off:?}");
         }
         assert!((sums.cost_at(&rig, &rig) - 7.0).abs() < 1e-9);
-        let again = Response::of(&sums, 0.0).unwrap();
+        let mut again = Response::ZERO;
+        again.set(&sums, &equations.normal.information, 0.0).unwrap();
         for (a, b) in again.0.iter().flatten().zip(response.0.iter().flatten()) {
             assert!((a - b).abs() < 1e-6, "{again:?}");
         }

@@ -277,22 +277,33 @@ impl<T: Scalar> MountYaw<T> {
 }
 
 impl<T: Scalar> MountYaw<T> {
+    /// Mount yaw before the sums, rad; 0 if nothing has measured it.
+    pub(crate) fn known_yaw(&self) -> T {
+        self.known.map_or(T::ZERO, |known| known.mount())
+    }
+
     /// The numbers and the flags of a record.
     pub(crate) fn parts(&self) -> ([T; 6], [bool; 3]) {
         let [a, b, c, d, e] = self.known.map_or([T::ZERO; 5], |known| known.numbers());
         ([self.claimed, a, b, c, d, e], [self.refuted, self.changed, self.known.is_some()])
     }
 
-    /// From the numbers and flags of a record; `None` unless they are a covariance within the range of a yaw.
+    /// From the numbers and flags of a record, each within its range; `None` unless they fit together.
     pub(crate) fn of(
         [claimed, a, b, c, d, e]: [T; 6],
         [refuted, changed, is_known]: [bool; 3],
     ) -> Option<Self> {
         let known = YawEstimate::of([a, b, c, d, e])?;
-        let is_in_range = (T::ZERO..=T::ONE).contains(&claimed) && (is_known || !changed);
         let known = Some(known).filter(|_| is_known);
         let support = if claimed < T::ONE { WITNESS_SUPPORT } else { 0 };
-        is_in_range.then_some(Self { claimed, refuted, changed, known, support, ..Self::UNKNOWN })
+        (is_known || !changed).then_some(Self {
+            claimed,
+            refuted,
+            changed,
+            known,
+            support,
+            ..Self::UNKNOWN
+        })
     }
 
     /// Takes the knowledge of a record, but keeps whether a calibration measured the factory extrinsics.
