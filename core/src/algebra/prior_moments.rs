@@ -45,11 +45,10 @@ impl<T: Scalar> Response<T> {
         let mut joint = information.0;
         joint.add_diagonal(prior);
         let factor = joint.factor(T::ZERO)?;
-        let most = T::single(MAX_RESPONSE);
         for (column, coordinate) in self.0.iter_mut().zip(FREE) {
             let moved = factor.solve(&sums.by_unknowns(coordinate));
             for (to, from) in column.iter_mut().zip(moved.iter()) {
-                *to = if from.is_finite() { from.clamp(-most, most) } else { T::ZERO };
+                *to = limited(*from);
             }
         }
         Some(())
@@ -59,32 +58,46 @@ impl<T: Scalar> Response<T> {
     /// weight of its matches, while the response is as large as before, so no smaller bound holds.
     pub(crate) fn keeps_digits_of(&self, information: &Information<T>) -> bool {
         let [weights, ..] = information.0.diagonal();
-        self.0.iter().all(|column| {
-            let column = Vector5::from(*column);
-            column.dot(&information.times(&column)) <= weights * T::lit(MAX_CANCELLATION)
-        })
+        let most = weights * T::lit(MAX_CANCELLATION);
+        self.0.iter().all(|column| sum_of(column, information) <= most)
     }
 
     /// The column of each coordinate: `cx cy cz xx yy zz xy xz yz`, then the lens.
     fn columns(&self) -> [[T; 5]; COORDINATES] {
         let [xx, yy, yz, k1_l, k1_r, p1] = self.0;
-        let ([x, y, z, f, d], zero, one) = (yy, T::ZERO, T::ONE);
+        let (zero, one) = (T::ZERO, T::ONE);
         let two = one + one;
-        [
-            [zero; 5],
-            [zero, zero, zero, zero, -one],
-            [zero, zero, zero, one, zero],
-            xx,
-            yy,
-            [-one - x, -y, -z, -f, -d],
-            [zero, two, zero, -one, zero],
-            [zero, zero, two, zero, -one],
-            yz,
-            k1_l,
-            k1_r,
-            p1,
-        ]
+        let ([x, others @ ..], none) = (yy, [zero; 5]);
+        let mut columns = [none, none, none, xx, yy, none, none, none, yz, k1_l, k1_r, p1];
+        let [_, cy, cz, _, _, zz, xy, xz, ..] = &mut columns;
+        let ([.., cy_d], [.., cz_f, _]) = (cy, cz);
+        (*cy_d, *cz_f) = (-one, one);
+        let [zz_x, zz_others @ ..] = zz;
+        *zz_x = -one - x;
+        zz_others.iter_mut().zip(others).for_each(|(to, from)| *to = -from);
+        let ([_, xy_y, _, xy_f, _], [_, _, xz_z, _, xz_d]) = (xy, xz);
+        (*xy_y, *xy_f, *xz_z, *xz_d) = (two, -one, two, -one);
+        columns
     }
+}
+
+/// A sum `e^T H e`.
+#[inline(never)]
+fn sum_of<T: Scalar>(column: &[T; 5], information: &Information<T>) -> T {
+    information.0.form(column)
+}
+
+/// An element within its range.
+#[inline(never)]
+fn limited<T: Scalar>(element: T) -> T {
+    let most = T::single(MAX_RESPONSE);
+    if element.is_finite() { element.clamp(-most, most) } else { T::ZERO }
+}
+
+/// `a b`.
+#[inline(never)]
+fn dot<T: Scalar>(a: &Vector5<T>, b: &[T; 5]) -> T {
+    a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
 impl<T: Scalar> Moments<T> {
@@ -104,7 +117,7 @@ impl<T: Scalar> Moments<T> {
         for (row, column) in columns.iter().enumerate() {
             let weighted = of.normal.information.times(&Vector5::from(*column));
             let products = columns.iter().take(row.saturating_add(1)).zip(sums.by_ref());
-            products.for_each(|(other, sum)| *sum = weighted.dot(&Vector5::from(*other)));
+            products.for_each(|(other, sum)| *sum = dot(&weighted, other));
         }
         if let Some(sum) = self.products.first_mut() {
             *sum = squares;
@@ -117,12 +130,11 @@ impl<T: Scalar> Moments<T> {
     /// `D^T M` of one coordinate, in the frame of the sums.
     #[inline(never)]
     fn by_unknowns(&self, coordinate: usize) -> Vector5<T> {
-        let with = |other: usize| {
-            let (row, column) = (coordinate.max(other), coordinate.min(other));
-            let place = row.saturating_mul(row.saturating_add(1)) / 2;
-            self.products.get(place.saturating_add(column)).copied().unwrap_or(T::ZERO)
-        };
-        let [cy, cz, yy, zz, xy, xz] = [1, 2, 4, 5, 6, 7].map(with);
+        let mut unit = [T::ZERO; COORDINATES];
+        if let Some(one) = unit.get_mut(coordinate) {
+            *one = T::ONE;
+        }
+        let [_, cy, cz, _, yy, zz, xy, xz, ..] = self.times(&unit);
         Vector5::new(-(yy + zz), (cz + xy) * T::HALF, (xz - cy) * T::HALF, cz, -cy)
     }
 }

@@ -16,7 +16,6 @@ use crate::algebra::information::StandardDeviations;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::prior_moments::Response;
 use crate::config::Context;
-use crate::depth::mount::MountYaw;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
@@ -54,23 +53,17 @@ impl<T: Scalar> Prior<T> {
         high_leverage: [T::ZERO; 2],
     };
 
-    /// Whether there is an estimate, or the parts of one fit together: the equations have a covariance, with finite
-    /// deviations once debiased; the noise is a part of them; the response keeps their digits.
+    /// Whether the noise is a part of the equations, and the response keeps their digits.
     #[inline(never)]
-    pub(crate) fn is_consistent(&self, prior: T) -> bool {
-        let Self { equations: BiasedEquations { normal, noise }, response, pairs, .. } = self;
+    fn is_consistent(&self) -> bool {
+        let Self { equations: BiasedEquations { normal, noise }, response, .. } = self;
         let [forward, mixed, down] = noise.0;
         let [_, _, _, all_forward, all_down] = normal.information.0.diagonal();
         let is_part = |noise: T, all: T| noise >= T::ZERO && noise <= all.max(T::ZERO) * T::lit(4.0);
-        let is_noise = is_part(forward, all_forward)
+        is_part(forward, all_forward)
             && is_part(down, all_down)
-            && mixed * mixed <= forward * down * T::lit(1.01);
-        let joint = self.equations.debiased().with_prior(prior).information.0;
-        let is_finite = |covariance| StandardDeviations::of(&covariance).is_finite();
-        *pairs == 0
-            || is_noise
-                && response.keeps_digits_of(&normal.information)
-                && joint.inverse().is_some_and(is_finite)
+            && mixed * mixed <= forward * down * T::lit(1.01)
+            && response.keeps_digits_of(&normal.information)
     }
 }
 
@@ -83,7 +76,7 @@ pub(crate) struct Learned<T: Scalar> {
     lens: [T; 6],
     pub(crate) changes: u8,
     vibration: KnownVibration<T>,
-    /// [`MountYaw::parts`].
+    /// [`crate::depth::mount::MountYaw::parts`].
     mount: [T; 6],
     pub(crate) mount_flags: [bool; 3],
 }
@@ -154,6 +147,7 @@ impl<T: Scalar> Place<T> {
 
 impl<T: Scalar> Fusion<T> {
     /// The champion's; `None` without one.
+    #[inline(never)]
     pub(crate) fn place(&self) -> Option<Place<T>> {
         let champion = self.hypotheses.champion()?;
         let yaw = self.mount.known_yaw();
@@ -165,8 +159,8 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
         let mut reference = self.reference;
         if let Some(champion) = self.hypotheses.champion() {
-            champion.fill_prior(&mut learned.prior, context);
-            if !learned.prior.is_consistent(context.prior) {
+            let prior = &mut learned.prior;
+            if champion.fill_prior(prior, context).is_none() || !prior.is_consistent() {
                 learned.prior = Prior::NONE;
             }
             reference = reference.with_knowledge_of(champion, context);
@@ -182,12 +176,15 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
         let Learned { prior, lens, changes, vibration, mount, mount_flags } = learned;
         self.reference = LensReference::of(*lens, *changes)?;
-        self.mount = self.mount.resumed(&MountYaw::of(*mount, *mount_flags)?);
+        self.mount.resume(*mount, *mount_flags)?;
         self.vibration.resume(vibration);
-        if prior.pairs > 0 {
-            self.hypotheses.resume(prior, &context.vibrating(self.vibration.variances()));
+        if prior.pairs == 0 {
+            return Some(());
         }
-        prior.is_consistent(context.prior).then_some(())
+        self.hypotheses.resume(prior, &context.vibrating(self.vibration.variances()));
+        let covariance = self.hypotheses.champion()?.covariance_of_noise(context)?;
+        let is_finite = StandardDeviations::of(&covariance).is_finite();
+        (prior.is_consistent() && is_finite).then_some(())
     }
 
     /// Whether the lens of the estimate has a finite solution.

@@ -7,15 +7,13 @@ use crate::geometry::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
 
 /// Numbers that follow each other: how many, the least and the largest that each may be.
-pub(super) type Range = (u8, f32, f32);
+pub(super) type Range = (usize, f32, f32);
 
 /// Bytes of numbers of these ranges.
 pub(super) const fn bytes_of(mut ranges: &[Range]) -> usize {
     let mut bytes = 0;
     while let [(count, _, _), rest @ ..] = ranges {
-        #[expect(clippy::as_conversions, reason = "`From` is not const")]
-        let count = *count as usize;
-        (bytes, ranges) = (bytes + 4 * count, rest);
+        (bytes, ranges) = (bytes + 4 * *count, rest);
     }
     bytes
 }

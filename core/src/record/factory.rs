@@ -163,6 +163,7 @@ fn read_known(from: &mut Reader<'_>, range: [f32; 2]) -> Result<Option<f32>, Res
 }
 
 /// A hash that almost surely changes with any number of the cameras or the extrinsics.
+#[inline(never)]
 pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];
     write_rig(cameras, extrinsics, &mut Writer::plain(&mut rig));
@@ -201,6 +202,7 @@ fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreErr
     let [a, b, c, d] = from.word().to_le_bytes();
     let size = [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])];
     let lens = from.word();
+    let mut unused = from.clone();
     let coefficients: [T; 8] = from.numbers();
     let [a, b, c, d, e, ..] = coefficients;
     let lens = match lens {
@@ -210,7 +212,10 @@ fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreErr
         3 => Rational::try_new(coefficients).map(Lens::Rational).map_err(absurd)?,
         _ => return Err(RestoreError::Absurd),
     };
-    let rest = coefficients.get(lens.coefficients().len()..).unwrap_or_default();
-    believe(rest.iter().all(|coefficient| *coefficient == T::ZERO))?;
+    for _ in lens.coefficients() {
+        unused.word();
+    }
+    let zeros = 8_usize.saturating_sub(lens.coefficients().len());
+    believe(unused.is_within(&[(zeros, 0.0, 0.0)]))?;
     Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(absurd)
 }

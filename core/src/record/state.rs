@@ -101,25 +101,32 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[must_use]
     pub fn snapshot(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];
-        self.write_snapshot(&mut record);
+        let mut learned = Learned::nothing();
+        self.learn(&mut learned);
+        self.write_snapshot(&mut learned, &mut record);
         record
+    }
+
+    /// Fills in the estimate as a prior.
+    // Apart from writing it: the place of the record need not be on the stack yet.
+    #[inline(never)]
+    pub(crate) fn learn(&self, learned: &mut Learned<T>) {
+        let context = self.estimator.context(&self.config, &self.factory);
+        self.estimator.learn(learned, &context);
     }
 
     /// Writes the record of [`Calibrator::snapshot`].
     #[inline(never)]
-    pub(crate) fn write_snapshot(&self, record: &mut [u8]) {
-        let mut learned = Learned::nothing();
-        let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.learn(&mut learned, &context);
-        self.write(&mut learned, record);
+    pub(crate) fn write_snapshot(&self, learned: &mut Learned<T>, record: &mut [u8]) {
+        self.write(learned, record);
         let is_within = Reader::begin(record, STATE, BYTES).is_ok_and(|(mut read, _)| {
             let _ = [(); 3].map(|()| read.word());
             read.is_within(&RANGES)
         });
         if !is_within {
             // An estimate beyond the ranges, for instance from wrong matches, is not kept.
-            learned = Learned::nothing();
-            self.write(&mut learned, record);
+            *learned = Learned::nothing();
+            self.write(learned, record);
         }
     }
 
@@ -145,7 +152,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let fresh = self.generation;
         let read = self.read_onto_reset(record, generation);
         if read.is_err() {
-            self.estimator.reset();
+            self.reset();
         }
         read.map(|()| fresh)
     }
@@ -180,6 +187,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         believe(from.is_within(&RANGES))?;
         let in_use = self.read_calibration(&context, &mut from)?;
         let before = self.read_calibration(&context, &mut from)?;
+        self.before = is_set(BEFORE).then_some(before);
         let mut learned = Learned::nothing();
         let extrinsics = read_about(context.factory, &mut from)?;
         if !context.allows(&extrinsics) {
@@ -189,13 +197,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         learned.numbers().into_iter().for_each(|numbers| from.fill(numbers));
         (learned.prior.pairs, learned.changes) = (pairs, changes);
         learned.mount_flags = MOUNT.map(is_set);
-        let corrected = self.corrected(&learned.correction())?;
         believe(self.estimator.resume(&learned, &context).is_some())?;
-        self.corrected = corrected;
+        self.correct(&learned.correction())?;
         // A caller that has taken up a calibration meanwhile must notice that of the record.
-        let changed = in_use != self.in_use && restored == generation;
+        let changed = self.replace_in_use(in_use) && restored == generation;
         self.generation = restored.wrapping_add(changed.into());
-        (self.in_use, self.before) = (in_use, Some(before).filter(|_| is_set(BEFORE)));
         self.frozen = is_set(FROZEN);
         self.relief = Relief::kept(is_set(RELIEF));
         Ok(())
@@ -225,6 +231,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             return Err(RestoreError::Config);
         }
         self.factory.cameras.corrected(correction).map_err(|_| RestoreError::Absurd)
+    }
+
+    /// Sets the cameras of the rays.
+    #[inline(never)]
+    fn correct(&mut self, correction: &LensCorrection<T>) -> Result<(), RestoreError> {
+        self.corrected = self.corrected(correction)?;
+        Ok(())
     }
 
     #[inline(never)]

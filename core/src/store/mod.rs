@@ -53,6 +53,7 @@ pub use policy::{SavePolicy, SaveReason};
 
 use crate::calibrator::Calibrator;
 use crate::error::RestoreError;
+use crate::fusion::prior::Learned;
 use crate::record::factory::{self, FactoryCalibration};
 use crate::record::state;
 use crate::scalar::Scalar;
@@ -230,7 +231,10 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         calibrator: &Calibrator<T, N>,
         now: Duration,
     ) -> Result<(), StoreError<F::Error>> {
-        self.state.save(&mut self.flash, &mut |record| calibrator.write_snapshot(record))?;
+        let mut learned = Learned::nothing();
+        calibrator.learn(&mut learned);
+        let mut write = |record: &mut [u8]| calibrator.write_snapshot(&mut learned, record);
+        self.state.save(&mut self.flash, &mut write)?;
         self.policy.saved(calibrator, now);
         Ok(())
     }

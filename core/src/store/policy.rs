@@ -33,7 +33,7 @@ struct Saved<T: Scalar> {
 }
 
 /// Longest time that counts between two pairs, ms.
-const LONGEST_STEP: u64 = 1000;
+const LONGEST_STEP: u32 = 1000;
 
 /// Decides when to save: at most once an interval, whether the save succeeds or not. Time is a [`Duration`] since any
 /// fixed origin.
@@ -65,7 +65,7 @@ pub struct SavePolicy<T: Scalar> {
     /// Time of the last pair, ms.
     last: Option<u64>,
     /// Time counted since the last due or completed save or the restart, ms; `None` before the first.
-    elapsed: Option<u64>,
+    elapsed: Option<u32>,
     saved: Option<Saved<T>>,
 }
 
@@ -96,18 +96,18 @@ impl<T: Scalar> SavePolicy<T> {
         let now = milliseconds(now);
         // The clock may have been set back.
         let last = self.last.replace(now).unwrap_or(now);
-        let step = now.abs_diff(last).min(LONGEST_STEP);
+        let step = u32::try_from(now.abs_diff(last)).unwrap_or(u32::MAX).min(LONGEST_STEP);
         let elapsed = match self.elapsed {
             Some(elapsed) if now < last => elapsed.saturating_sub(step),
             Some(elapsed) => elapsed.saturating_add(step),
-            None => u64::MAX,
+            None => u32::MAX,
         };
         self.elapsed = self.elapsed.map(|_| elapsed);
-        let interval = milliseconds(self.interval);
+        let interval = u32::try_from(milliseconds(self.interval)).unwrap_or(u32::MAX);
         if elapsed < interval {
             return None;
         }
-        let is_overdue = elapsed >= interval.saturating_mul(Self::OVERDUE.into());
+        let is_overdue = elapsed / Self::OVERDUE >= interval;
         let reason = self.reason(calibrator, is_overdue)?;
         self.elapsed = Some(0);
         Some(reason)
@@ -154,9 +154,9 @@ impl<T: Scalar> SavePolicy<T> {
     }
 }
 
-/// A time in milliseconds, saturated. The operators of [`Duration`] compile to a reachable panic.
+/// A time in milliseconds. The operators of [`Duration`] compile to a reachable panic.
 fn milliseconds(time: Duration) -> u64 {
-    time.as_secs().saturating_mul(1000).saturating_add(time.subsec_millis().into())
+    time.as_secs().wrapping_mul(1000).wrapping_add(time.subsec_millis().into())
 }
 
 impl<T: Scalar> Default for SavePolicy<T> {

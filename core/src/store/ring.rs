@@ -144,6 +144,7 @@ impl Ring {
         false
     }
 
+    #[inline(never)]
     fn found(&mut self, newest: Newest) {
         self.newest = Some(newest);
         self.next = self.after(newest.block);
@@ -168,6 +169,7 @@ impl Ring {
     }
 
     /// The next block in turn that does not hold the newest record.
+    #[inline(never)]
     fn after(&self, block: u32) -> u32 {
         let turn = |block: u32| {
             let next = block.saturating_add(1);
@@ -177,6 +179,7 @@ impl Ring {
         if self.newest.is_some_and(|newest| newest.block == next) { turn(next) } else { next }
     }
 
+    #[inline(never)]
     fn address<F: NorFlash>(&self, block: u32, slot: u32) -> u32 {
         let slots = slot.wrapping_mul(to_u32(slot::bytes::<F>(self.length)));
         let blocks = block.wrapping_mul(to_u32(F::ERASE_SIZE));

@@ -24,7 +24,7 @@ pub(super) fn bytes<F: NorFlash>(record: usize) -> usize {
         assert!(F::WRITE_SIZE.is_multiple_of(F::READ_SIZE), "a word is read in whole reads");
     }
     let whole = record.saturating_add(2 * HEAD);
-    whole.checked_next_multiple_of(F::WRITE_SIZE).unwrap_or(LONGEST).min(LONGEST)
+    whole.checked_next_multiple_of(F::WRITE_SIZE).unwrap_or(LONGEST)
 }
 
 impl Slot {
