@@ -52,9 +52,9 @@ static AFTER_HALF: [u32; 16] = table(16, 1);
 /// Checksum of a record, half a byte at a time: records do not justify tables of 4 kB in flash.
 #[inline(never)]
 pub(crate) fn of_record(bytes: &[u8]) -> u32 {
-    !bytes.iter().fold(u32::MAX, |register, byte| {
-        after_half(after_half(register, byte & 15), byte >> 4)
-    })
+    !bytes
+        .iter()
+        .fold(u32::MAX, |register, byte| after_half(after_half(register, byte & 15), byte >> 4))
 }
 
 /// Register after half a byte.

@@ -59,7 +59,8 @@ impl<T: Scalar> Prior<T> {
         let Self { equations: BiasedEquations { normal, noise }, response, .. } = self;
         let [forward, mixed, down] = noise.0;
         let [_, _, _, all_forward, all_down] = normal.information.0.diagonal();
-        let is_part = |noise: T, all: T| noise >= T::ZERO && noise <= all.max(T::ZERO) * T::lit(4.0);
+        let is_part =
+            |noise: T, all: T| noise >= T::ZERO && noise <= all.max(T::ZERO) * T::lit(4.0);
         is_part(forward, all_forward)
             && is_part(down, all_down)
             && mixed * mixed <= forward * down * T::lit(1.01)

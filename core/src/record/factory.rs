@@ -207,7 +207,9 @@ fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreErr
     let [a, b, c, d, e, ..] = coefficients;
     let lens = match lens {
         0 => Lens::Pinhole,
-        1 => RadialTangential::try_new([a, b, c, d, e]).map(Lens::RadialTangential).map_err(absurd)?,
+        1 => RadialTangential::try_new([a, b, c, d, e])
+            .map(Lens::RadialTangential)
+            .map_err(absurd)?,
         2 => Fisheye::try_new([a, b, c, d]).map(Lens::Fisheye).map_err(absurd)?,
         3 => Rational::try_new(coefficients).map(Lens::Rational).map_err(absurd)?,
         _ => return Err(RestoreError::Absurd),

@@ -77,7 +77,7 @@ pub enum StoreError<E: Debug> {
     Flash(E),
 }
 
-/// Factory calibration, state and save policy of a device. RAM: the driver and 150 bytes.
+/// Factory calibration, state and save policy of a device. RAM: the driver and 230 bytes.
 ///
 /// ```
 /// # use core::{fmt::Debug, time::Duration};
