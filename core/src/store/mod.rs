@@ -110,7 +110,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
     /// store.
     ///
     /// * `factory`, `state`: addresses of two whole erase blocks or more each, constant over the life of the device. The
-    ///   store accesses nothing else. Of `factory` it uses the first two blocks.
+    ///   store accesses nothing else, and only the first two blocks of `factory`.
     ///
     /// # Errors
     /// [`StoreError::Range`].
