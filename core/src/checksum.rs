@@ -46,16 +46,22 @@ pub(crate) fn of(bytes: &[u8]) -> u32 {
     checksum.value()
 }
 
-/// Register after more bytes, bit by bit, for records, which do not justify tables of 4 kB in flash. It starts with
-/// ones, and the checksum is its complement.
+/// Contribution of half a byte to the register after it, for [`of_record`].
+static AFTER_HALF: [u32; 16] = table(16, 1);
+
+/// Checksum of a record, half a byte at a time: records do not justify tables of 4 kB in flash.
 #[inline(never)]
-pub(crate) fn register_after(register: u32, bytes: &[u8]) -> u32 {
-    bytes.iter().fold(register, |register, byte| shifted(register ^ u32::from(*byte), 1))
+pub(crate) fn of_record(bytes: &[u8]) -> u32 {
+    !bytes
+        .iter()
+        .fold(u32::MAX, |register, byte| after_half(after_half(register, byte & 15), byte >> 4))
 }
 
-/// Checksum of a record.
-pub(crate) fn of_record(bytes: &[u8]) -> u32 {
-    !register_after(u32::MAX, bytes)
+/// Register after half a byte.
+#[inline(never)]
+fn after_half(register: u32, half: u8) -> u32 {
+    let place = usize::from((low(register) ^ half) & 15);
+    register >> 4 ^ AFTER_HALF.get(place).copied().unwrap_or(0)
 }
 
 /// Contribution of a byte to the register after the byte and `more` bytes, 0 to 3.

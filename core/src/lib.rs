@@ -87,7 +87,7 @@
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the cameras set are of another image. |
 //! | [`link::HeaderError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
 //! | [`link::EncodeError`] | encoding | Correct the named quantity of the sender. |
-//! | [`store::StoreError`] | the store | `Range`, `Alignment`: correct the ranges. Else: go on without; the record before remains, and the save is due again later. |
+//! | [`store::StoreError`] | the store | `Range`: correct the ranges. Else: go on without; the record before remains, and the save is due again later. |
 //!
 //! # Real time
 //!

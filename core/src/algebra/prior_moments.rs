@@ -11,6 +11,7 @@
 use nalgebra::Vector5;
 
 use super::disparity_noise::{BaselineNoise, BiasedEquations};
+use super::information::Information;
 use super::moments::{COORDINATES, Moments};
 use crate::scalar::Scalar;
 
@@ -21,50 +22,82 @@ const FREE: [usize; 6] = [3, 4, 8, 9, 10, 11];
 /// radian.
 pub(crate) const MAX_RESPONSE: f32 = 1e3;
 
+/// Largest sums of a prior over the weights that they cancel to: rounding in `f32` is then 0.6 % of the weights.
+const MAX_CANCELLATION: f64 = 1e5;
+
 /// Columns of `E` for the coordinates of [`FREE`], 1/rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Response<T>(pub(crate) [[T; 5]; 6]);
 
 impl<T: Scalar> Response<T> {
-    /// Response of sums about the pose of their frame; `None` if they have no solution.
+    pub(crate) const ZERO: Self = Self([[T::ZERO; 5]; 6]);
+
+    /// Sets the response of sums about the pose of their frame; `None` if they have no solution.
     ///
-    /// * `prior`: information on each unknown beside the sums, 1/rad^2.
+    /// * `information`: of the sums; `prior`: information on each unknown beside the sums, 1/rad^2.
     #[inline(never)]
-    pub(crate) fn of(sums: &Moments<T>, prior: T) -> Option<Self> {
-        let mut joint = sums.at_frame().information.0;
+    pub(crate) fn set(
+        &mut self,
+        sums: &Moments<T>,
+        information: &Information<T>,
+        prior: T,
+    ) -> Option<()> {
+        let mut joint = information.0;
         joint.add_diagonal(prior);
         let factor = joint.factor(T::ZERO)?;
-        let most = T::single(MAX_RESPONSE);
-        let mut response = [[T::ZERO; 5]; 6];
-        for (column, coordinate) in response.iter_mut().zip(FREE) {
+        for (column, coordinate) in self.0.iter_mut().zip(FREE) {
             let moved = factor.solve(&sums.by_unknowns(coordinate));
             for (to, from) in column.iter_mut().zip(moved.iter()) {
-                *to = if from.is_finite() { from.clamp(-most, most) } else { T::ZERO };
+                *to = limited(*from);
             }
         }
-        Some(Self(response))
+        Some(())
+    }
+
+    /// Whether sums `E^T H E` keep the digits of `H`. The covariance of a vibrating rig has less information than the
+    /// weight of its matches, while the response is as large as before, so no smaller bound holds.
+    pub(crate) fn keeps_digits_of(&self, information: &Information<T>) -> bool {
+        let [weights, ..] = information.0.diagonal();
+        let most = weights * T::lit(MAX_CANCELLATION);
+        self.0.iter().all(|column| sum_of(column, information) <= most)
     }
 
     /// The column of each coordinate: `cx cy cz xx yy zz xy xz yz`, then the lens.
     fn columns(&self) -> [[T; 5]; COORDINATES] {
         let [xx, yy, yz, k1_l, k1_r, p1] = self.0;
-        let ([x, y, z, f, d], zero, one) = (yy, T::ZERO, T::ONE);
+        let (zero, one) = (T::ZERO, T::ONE);
         let two = one + one;
-        [
-            [zero; 5],
-            [zero, zero, zero, zero, -one],
-            [zero, zero, zero, one, zero],
-            xx,
-            yy,
-            [-one - x, -y, -z, -f, -d],
-            [zero, two, zero, -one, zero],
-            [zero, zero, two, zero, -one],
-            yz,
-            k1_l,
-            k1_r,
-            p1,
-        ]
+        let ([x, others @ ..], none) = (yy, [zero; 5]);
+        let mut columns = [none, none, none, xx, yy, none, none, none, yz, k1_l, k1_r, p1];
+        let [_, cy, cz, _, _, zz, xy, xz, ..] = &mut columns;
+        let ([.., cy_d], [.., cz_f, _]) = (cy, cz);
+        (*cy_d, *cz_f) = (-one, one);
+        let [zz_x, zz_others @ ..] = zz;
+        *zz_x = -one - x;
+        zz_others.iter_mut().zip(others).for_each(|(to, from)| *to = -from);
+        let ([_, xy_y, _, xy_f, _], [_, _, xz_z, _, xz_d]) = (xy, xz);
+        (*xy_y, *xy_f, *xz_z, *xz_d) = (two, -one, two, -one);
+        columns
     }
+}
+
+/// A sum `e^T H e`.
+#[inline(never)]
+fn sum_of<T: Scalar>(column: &[T; 5], information: &Information<T>) -> T {
+    information.0.form(column)
+}
+
+/// An element within its range.
+#[inline(never)]
+fn limited<T: Scalar>(element: T) -> T {
+    let most = T::single(MAX_RESPONSE);
+    if element.is_finite() { element.clamp(-most, most) } else { T::ZERO }
+}
+
+/// `a b`.
+#[inline(never)]
+fn dot<T: Scalar>(a: &Vector5<T>, b: &[T; 5]) -> T {
+    a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
 impl<T: Scalar> Moments<T> {
@@ -84,7 +117,7 @@ impl<T: Scalar> Moments<T> {
         for (row, column) in columns.iter().enumerate() {
             let weighted = of.normal.information.times(&Vector5::from(*column));
             let products = columns.iter().take(row.saturating_add(1)).zip(sums.by_ref());
-            products.for_each(|(other, sum)| *sum = weighted.dot(&Vector5::from(*other)));
+            products.for_each(|(other, sum)| *sum = dot(&weighted, other));
         }
         if let Some(sum) = self.products.first_mut() {
             *sum = squares;
@@ -95,13 +128,13 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// `D^T M` of one coordinate, in the frame of the sums.
+    #[inline(never)]
     fn by_unknowns(&self, coordinate: usize) -> Vector5<T> {
-        let with = |other: usize| {
-            let (row, column) = (coordinate.max(other), coordinate.min(other));
-            let place = row.saturating_mul(row.saturating_add(1)) / 2;
-            self.products.get(place.saturating_add(column)).copied().unwrap_or(T::ZERO)
-        };
-        let [cy, cz, yy, zz, xy, xz] = [1, 2, 4, 5, 6, 7].map(with);
+        let mut unit = [T::ZERO; COORDINATES];
+        if let Some(one) = unit.get_mut(coordinate) {
+            *one = T::ONE;
+        }
+        let [_, cy, cz, _, yy, zz, xy, xz, ..] = self.times(&unit);
         Vector5::new(-(yy + zz), (cz + xy) * T::HALF, (xz - cy) * T::HALF, cz, -cy)
     }
 }
@@ -109,7 +142,6 @@ impl<T: Scalar> Moments<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::information::Information;
     use crate::algebra::normal_equations::NormalEquations;
     use crate::algebra::symmetric5::Symmetric5;
     use crate::geometry::rectification::tests::pose;
@@ -137,7 +169,8 @@ mod tests {
             assert!(off.normal.gradient.amax() < 1e-4, "{off:?}");
         }
         assert!((sums.cost_at(&rig, &rig) - 7.0).abs() < 1e-9);
-        let again = Response::of(&sums, 0.0).unwrap();
+        let mut again = Response::ZERO;
+        again.set(&sums, &equations.normal.information, 0.0).unwrap();
         for (a, b) in again.0.iter().flatten().zip(response.0.iter().flatten()) {
             assert!((a - b).abs() < 1e-6, "{again:?}");
         }

@@ -107,7 +107,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Replaces the calibration in use. Returns whether it changed.
     #[inline(never)]
-    pub(super) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
+    pub(crate) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
         let changed = self.in_use != new;
         if changed {
             self.in_use = new;

@@ -7,7 +7,7 @@ use crate::depth::mount::{MountYaw, RowsYaw};
 use crate::error::Rejection;
 use crate::fusion::Fusion;
 use crate::fusion::lens_reference::LensReference;
-use crate::fusion::prior::Learned;
+use crate::fusion::prior::{Learned, Place};
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
@@ -234,22 +234,39 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.state())
     }
 
-    /// The prior that a record keeps; empty in the paper preset.
-    #[inline(never)]
-    pub(crate) fn learned(&self, context: &Context<'_, T>) -> Learned<T> {
+    /// The estimate that a record keeps; `None` without one and in the paper preset.
+    pub(crate) fn place(&self) -> Option<Place<T>> {
         match self {
             #[cfg(feature = "paper")]
-            Self::Paper(_) => Learned::NOTHING,
-            Self::Robust(fusion) => fusion.learned(context),
+            Self::Paper(_) => None,
+            Self::Robust(fusion) => fusion.place(),
         }
     }
 
-    /// Starts from the prior of a record. False if it has no finite solution.
-    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> bool {
+    /// Fills in the prior that a record keeps; nothing in the paper preset.
+    pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => {}
+            Self::Robust(fusion) => fusion.learn(learned, context),
+        }
+    }
+
+    /// Starts from the prior of a record. `None` if its parts do not fit together.
+    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => Some(()),
+            Self::Robust(fusion) => fusion.resume(learned, context),
+        }
+    }
+
+    /// Whether the lens of the estimate has a finite solution.
+    pub(crate) fn has_lens(&self, context: &Context<'_, T>) -> bool {
         match self {
             #[cfg(feature = "paper")]
             Self::Paper(_) => true,
-            Self::Robust(fusion) => fusion.resume(learned, context),
+            Self::Robust(fusion) => fusion.has_lens(context),
         }
     }
 

@@ -277,27 +277,28 @@ impl<T: Scalar> MountYaw<T> {
 }
 
 impl<T: Scalar> MountYaw<T> {
+    /// Mount yaw before the sums, rad; 0 if nothing has measured it.
+    pub(crate) fn known_yaw(&self) -> T {
+        self.known.map_or(T::ZERO, |known| known.mount())
+    }
+
     /// The numbers and the flags of a record.
     pub(crate) fn parts(&self) -> ([T; 6], [bool; 3]) {
         let [a, b, c, d, e] = self.known.map_or([T::ZERO; 5], |known| known.numbers());
         ([self.claimed, a, b, c, d, e], [self.refuted, self.changed, self.known.is_some()])
     }
 
-    /// From the numbers and flags of a record; `None` unless they are a covariance within the range of a yaw.
-    pub(crate) fn of(
-        [claimed, a, b, c, d, e]: [T; 6],
+    /// Takes the numbers and flags of a record, each within its range, after a reset; `None` unless they fit together.
+    pub(crate) fn resume(
+        &mut self,
+        [claimed, numbers @ ..]: [T; 6],
         [refuted, changed, is_known]: [bool; 3],
-    ) -> Option<Self> {
-        let known = YawEstimate::of([a, b, c, d, e])?;
-        let is_in_range = (T::ZERO..=T::ONE).contains(&claimed) && (is_known || !changed);
-        let known = Some(known).filter(|_| is_known);
-        let support = if claimed < T::ONE { WITNESS_SUPPORT } else { 0 };
-        is_in_range.then_some(Self { claimed, refuted, changed, known, support, ..Self::UNKNOWN })
-    }
-
-    /// Takes the knowledge of a record, but keeps whether a calibration measured the factory extrinsics.
-    pub(crate) fn resumed(&self, of: &Self) -> Self {
-        Self { calibrated: self.calibrated, ..*of }
+    ) -> Option<()> {
+        let known = YawEstimate::of(numbers)?;
+        self.known = is_known.then_some(known);
+        (self.claimed, self.refuted, self.changed) = (claimed, refuted, changed);
+        self.support = if claimed < T::ONE { WITNESS_SUPPORT } else { 0 };
+        (is_known || !changed).then_some(())
     }
 }
 
@@ -392,7 +393,8 @@ mod tests {
                 mount.witness(0.0, 1e-7, &rows, &context).unwrap();
             }
             let (numbers, flags) = mount.parts();
-            let mut mount = mount.resumed(&MountYaw::of(numbers, flags).unwrap());
+            mount.reset();
+            mount.resume(numbers, flags).unwrap();
             let wrong = [(); 3].map(|()| mount.witness(-0.008, 1e-7, &rows, &context).unwrap());
             let waits = wrong.iter().filter(|found| **found == Witnessed::Waiting).count();
             assert_eq!(waits >= 2, confirmed, "{wrong:?}");

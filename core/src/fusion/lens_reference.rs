@@ -80,7 +80,7 @@ impl<T: Scalar> LensReference<T> {
         [correction.focal, correction.k1, known.focal, known.k1, focal, k1]
     }
 
-    /// From these numbers; `None` beyond the range of a lens.
+    /// From these numbers, each within its range; `None` for a correction without a change.
     ///
     /// * `changes`: number of changes of the lens so far.
     pub(crate) fn of(
@@ -93,7 +93,7 @@ impl<T: Scalar> LensReference<T> {
             weights: [a, b],
             changes: changes.into(),
         };
-        (read.is_valid() && (read.compensates() || read.correction.is_none())).then_some(read)
+        (read.compensates() || read.correction.is_none()).then_some(read)
     }
 
     /// Number of changes of the lens so far, for a record.

@@ -4,14 +4,19 @@
 //! extrinsics and its response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and is
 //! reported like any other.
 
+use core::slice::from_mut;
+
 use super::Fusion;
 use super::lens::HypothesisLens;
 use super::lens_reference::LensReference;
 use super::vibration::KnownVibration;
+use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::disparity_noise::BiasedEquations;
+use crate::algebra::information::StandardDeviations;
+use crate::algebra::normal_equations::NormalEquations;
 use crate::algebra::prior_moments::Response;
 use crate::config::Context;
-use crate::depth::mount::MountYaw;
+use crate::geometry::lens_correction::LensCorrection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 
@@ -20,12 +25,12 @@ use crate::scalar::Scalar;
 pub(crate) struct Prior<T: Scalar> {
     pub(crate) pose: RectifyingRotations<T>,
     /// Equations of the pairs about the pose, and the noise of disparities in them, divided by the widening of the
-    /// image halves.
+    /// image halves. A record keeps the baseline's part of the gradient alone.
     pub(crate) equations: BiasedEquations<T>,
     pub(crate) response: Response<T>,
     /// Reduced chi-square of the pairs.
     pub(crate) chi_square: T,
-    /// Number of pairs in it, at least 1.
+    /// Number of pairs in it; 0: there is no estimate.
     pub(crate) pairs: u32,
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
@@ -35,55 +40,157 @@ pub(crate) struct Prior<T: Scalar> {
     pub(crate) high_leverage: [T; 2],
 }
 
+impl<T: Scalar> Prior<T> {
+    /// No estimate.
+    pub(crate) const NONE: Self = Self {
+        pose: RectifyingRotations::UNSET,
+        equations: BiasedEquations::ZERO,
+        response: Response::ZERO,
+        chi_square: T::ZERO,
+        pairs: 0,
+        noise: T::ZERO,
+        shares: [T::ZERO; 2],
+        high_leverage: [T::ZERO; 2],
+    };
+
+    /// Whether the noise is a part of the equations, and the response keeps their digits.
+    #[inline(never)]
+    fn is_consistent(&self) -> bool {
+        let Self { equations: BiasedEquations { normal, noise }, response, .. } = self;
+        let [forward, mixed, down] = noise.0;
+        let [_, _, _, all_forward, all_down] = normal.information.0.diagonal();
+        let is_part =
+            |noise: T, all: T| noise >= T::ZERO && noise <= all.max(T::ZERO) * T::lit(4.0);
+        is_part(forward, all_forward)
+            && is_part(down, all_down)
+            && mixed * mixed <= forward * down * T::lit(1.01)
+            && response.keeps_digits_of(&normal.information)
+    }
+}
+
 /// The part of the robust method that a record keeps.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Learned<T: Scalar> {
-    /// The champion; `None` before the first.
-    pub(crate) prior: Option<Prior<T>>,
-    pub(crate) reference: LensReference<T>,
-    pub(crate) vibration: KnownVibration<T>,
-    pub(crate) mount: MountYaw<T>,
+    /// The champion.
+    pub(crate) prior: Prior<T>,
+    /// [`LensReference::numbers`], and changes of the lens.
+    lens: [T; 6],
+    pub(crate) changes: u8,
+    vibration: KnownVibration<T>,
+    /// [`crate::depth::mount::MountYaw::parts`].
+    mount: [T; 6],
+    pub(crate) mount_flags: [bool; 3],
 }
 
 impl<T: Scalar> Learned<T> {
-    pub(crate) const NOTHING: Self = Self {
-        prior: None,
-        reference: LensReference::GIVEN,
-        vibration: KnownVibration::NONE,
-        mount: MountYaw::UNKNOWN,
-    };
-}
-
-impl<T: Scalar> Fusion<T> {
-    /// Returns the part that a record keeps.
-    #[inline(never)]
-    pub(crate) fn learned(&self, context: &Context<'_, T>) -> Learned<T> {
-        let champion = self.hypotheses.champion();
-        Learned {
-            prior: champion.and_then(|champion| champion.as_prior(context)),
-            reference: champion
-                .map_or(self.reference, |c| self.reference.with_knowledge_of(c, context)),
-            vibration: self.vibration.known(),
-            mount: self.mount,
+    /// Nothing: the mount yaw rests on the factory calibration.
+    // No constant: it would take its size in flash.
+    pub(crate) fn nothing() -> Self {
+        let zero = T::ZERO;
+        Self {
+            prior: Prior::NONE,
+            lens: [zero; 6],
+            changes: 0,
+            vibration: KnownVibration::NONE,
+            mount: [T::ONE, zero, zero, zero, zero, zero],
+            mount_flags: [false; 3],
         }
     }
 
-    /// Takes up the content of a record, without pairs; the estimate is suspect until a pair supports it. False if its
-    /// lens has no finite solution: then the state is unspecified.
+    /// Its numbers in the order of a record, apart from the pose.
+    pub(crate) fn numbers(&mut self) -> [&mut [T]; 13] {
+        let Self { prior, lens, vibration, mount, .. } = self;
+        let Prior { equations, response, chi_square, noise, shares, high_leverage, .. } = prior;
+        let BiasedEquations { normal, noise: of_disparities } = equations;
+        let NormalEquations { information, gradient } = normal;
+        let [[_, _, _, of_baseline @ ..]] = &mut gradient.data.0;
+        let KnownVibration { variances: BlockVariances { rotation, baseline }, deviations } =
+            vibration;
+        [
+            &mut information.0.0,
+            of_baseline,
+            &mut of_disparities.0,
+            response.0.as_flattened_mut(),
+            from_mut(chi_square),
+            from_mut(noise),
+            shares,
+            high_leverage,
+            lens,
+            from_mut(rotation),
+            from_mut(baseline),
+            deviations,
+            mount,
+        ]
+    }
+
+    /// Correction of the rays.
+    pub(crate) fn correction(&self) -> LensCorrection<T> {
+        let [focal, k1, ..] = self.lens;
+        LensCorrection { focal, k1 }
+    }
+}
+
+/// The estimate that a record keeps, as far as a later one differs from it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place<T: Scalar> {
+    pose: RectifyingRotations<T>,
+    /// Yaw of the mount that witnesses have measured, rad.
+    yaw: T,
+    pub(crate) pairs: u32,
+}
+
+impl<T: Scalar> Place<T> {
+    /// Largest difference in an unknown or in the yaw, rad.
+    pub(crate) fn distance_to(&self, other: &Self) -> T {
+        self.pose.unknowns_to(&other.pose).amax().max((self.yaw - other.yaw).abs())
+    }
+}
+
+impl<T: Scalar> Fusion<T> {
+    /// The champion's; `None` without one.
     #[inline(never)]
-    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> bool {
-        let Learned { prior, reference, vibration, mount } = learned;
-        (self.reference, self.mount) = (*reference, self.mount.resumed(mount));
-        self.vibration.resume(vibration);
-        if let Some(prior) = prior {
-            self.hypotheses.resume(prior, &context.vibrating(self.vibration.variances()));
+    pub(crate) fn place(&self) -> Option<Place<T>> {
+        let champion = self.hypotheses.champion()?;
+        let yaw = self.mount.known_yaw();
+        Some(Place { pose: *champion.pose(), yaw, pairs: champion.pairs() })
+    }
+
+    /// Fills in the part that a record keeps.
+    #[inline(never)]
+    pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
+        let mut reference = self.reference;
+        if let Some(champion) = self.hypotheses.champion() {
+            let prior = &mut learned.prior;
+            if champion.fill_prior(prior, context).is_none() || !prior.is_consistent() {
+                learned.prior = Prior::NONE;
+            }
+            reference = reference.with_knowledge_of(champion, context);
         }
-        self.has_lens(context)
+        (learned.lens, learned.changes) = (reference.numbers(), reference.changes());
+        learned.vibration = self.vibration.known();
+        (learned.mount, learned.mount_flags) = self.mount.parts();
+    }
+
+    /// Takes up the content of a record, without pairs; the estimate is suspect until a pair supports it. `None` if its
+    /// parts do not fit together: then the state is unspecified.
+    #[inline(never)]
+    pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
+        let Learned { prior, lens, changes, vibration, mount, mount_flags } = learned;
+        self.reference = LensReference::of(*lens, *changes)?;
+        self.mount.resume(*mount, *mount_flags)?;
+        self.vibration.resume(vibration);
+        if prior.pairs == 0 {
+            return Some(());
+        }
+        self.hypotheses.resume(prior, &context.vibrating(self.vibration.variances()));
+        let covariance = self.hypotheses.champion()?.covariance_of_noise(context)?;
+        let is_finite = StandardDeviations::of(&covariance).is_finite();
+        (prior.is_consistent() && is_finite).then_some(())
     }
 
     /// Whether the lens of the estimate has a finite solution.
     #[inline(never)]
-    fn has_lens(&self, context: &Context<'_, T>) -> bool {
+    pub(crate) fn has_lens(&self, context: &Context<'_, T>) -> bool {
         let estimate = self.hypotheses.champion().filter(|_| context.has_lens_prior());
         estimate.is_none_or(|champion| {
             let mut lens = HypothesisLens::EXACT;

@@ -74,6 +74,7 @@ impl<T: Scalar> Camera<T> {
     ///
     /// # Errors
     /// [`CameraError`] names the quantity that is out of range or not finite.
+    #[inline(never)]
     pub fn try_new(intrinsics: Intrinsics<T>, lens: Lens<T>) -> Result<Self, CameraError> {
         let within = |x: T, low: T, high: T| x >= low && x <= high;
         let [fx, fy] = intrinsics.focal;

@@ -34,6 +34,16 @@ pub enum Lens<T> {
 }
 
 impl<T: Scalar> Lens<T> {
+    /// The coefficients, in OpenCV's order.
+    pub(crate) fn coefficients(&self) -> &[T] {
+        match self {
+            Self::Pinhole => &[],
+            Self::RadialTangential(lens) => &lens.coefficients,
+            Self::Fisheye(lens) => &lens.coefficients,
+            Self::Rational(lens) => &lens.coefficients,
+        }
+    }
+
     /// Undistorted to distorted coordinates; `None` beyond the fold or 85 degrees.
     pub(super) fn distort(&self, p: Vector2<T>) -> Option<Vector2<T>> {
         let limit = T::lit(MAX_TANGENT);

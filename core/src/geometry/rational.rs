@@ -24,7 +24,7 @@ use crate::thresholds::{
     serde(try_from = "[T; 8]", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
 )]
 pub struct Rational<T> {
-    coefficients: [T; 8],
+    pub(super) coefficients: [T; 8],
     /// Radius at which the model ends: its slope or its denominator vanishes.
     fold: T,
 }

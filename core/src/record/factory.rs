@@ -1,8 +1,7 @@
 //! Calibration of a rig in production, as a record. It is written once, and everything that is learnt starts from it.
 
-use super::reader::Reader;
-use super::writer::{Writer, seal};
-use super::{Kind, OVERHEAD_BYTES, believe};
+use super::codec::{Reader, Writer, seal};
+use super::{FACTORY, OVERHEAD_BYTES, believe};
 use crate::batch::correspondence::Cameras;
 use crate::checksum;
 use crate::error::{CameraError, ConfigError, RestoreError};
@@ -21,8 +20,13 @@ const RIG_BYTES: usize = 2 * CAMERA_BYTES + 12 * 4;
 
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + RIG_BYTES + 2 * 4;
 
-/// Largest magnitude of a focal length, a principal point or a coefficient.
-const MAX_NUMBER: f32 = 1e6;
+/// Ranges of the standard deviation of the yaw, rad, and of the length of the baseline, m.
+const YAW_SD_RAD: [f32; 2] = [1e-6, 1.0];
+const BASELINE_M: [f32; 2] = [1e-3, 1e3];
+
+const fn is_within(number: f32, [least, most]: [f32; 2]) -> bool {
+    number >= least && number <= most
+}
 
 /// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and how well its calibration is known.
 ///
@@ -80,7 +84,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`ConfigError::FactoryYaw`] unless from 1e-6 to 1.
     pub const fn with_yaw_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
-        if rad >= 1e-6 && rad <= 1.0 {
+        if is_within(rad, YAW_SD_RAD) {
             self.yaw_sd_rad = Some(rad);
             Ok(self)
         } else {
@@ -100,7 +104,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`ConfigError::BaselineLength`] unless from 1e-3 to 1e3.
     pub const fn with_baseline_m(mut self, metres: f32) -> Result<Self, ConfigError> {
-        if metres >= 1e-3 && metres <= 1e3 {
+        if is_within(metres, BASELINE_M) {
             self.baseline_m = Some(metres);
             Ok(self)
         } else {
@@ -122,35 +126,44 @@ impl<T: Scalar> FactoryCalibration<T> {
     #[must_use]
     pub fn to_record(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];
-        let mut to = Writer::begin(&mut record, Kind::Factory, [0; 2]);
+        self.write(&mut record);
+        record
+    }
+
+    /// Writes the record.
+    #[inline(never)]
+    pub(crate) fn write(&self, record: &mut [u8]) {
+        let mut to = Writer::begin(record, FACTORY, [0; 2]);
         write_rig(&self.cameras, &self.extrinsics, &mut to);
         to.numbers(&[self.yaw_sd_rad, self.baseline_m].map(Option::unwrap_or_default));
-        seal(&mut record);
-        record
+        seal(record);
     }
 
     /// Reads a record.
     ///
     /// # Errors
     /// [`RestoreError`].
+    #[inline(never)]
     pub fn from_record(record: &[u8]) -> Result<Self, RestoreError> {
-        let (mut from, more) = Reader::begin(record, Kind::Factory, BYTES)?;
+        let (mut from, more) = Reader::begin(record, FACTORY, BYTES)?;
         believe(more == [0; 2])?;
         let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
         let extrinsics = from.extrinsics()?;
-        let [yaw_sd_rad, baseline_m] = [from.number::<f32>()?, from.number()?];
-        let read = Self::new(cameras, extrinsics).without_yaw();
-        let absurd = |_: ConfigError| RestoreError::Absurd;
-        let read = if yaw_sd_rad == 0.0 {
-            read
-        } else {
-            read.with_yaw_sd_rad(yaw_sd_rad).map_err(absurd)?
-        };
-        if baseline_m == 0.0 { Ok(read) } else { read.with_baseline_m(baseline_m).map_err(absurd) }
+        let yaw_sd_rad = read_known(&mut from, YAW_SD_RAD)?;
+        let baseline_m = read_known(&mut from, BASELINE_M)?;
+        Ok(Self { cameras, extrinsics, yaw_sd_rad, baseline_m })
     }
 }
 
+/// Reads a number that is 0 where it is unknown.
+fn read_known(from: &mut Reader<'_>, range: [f32; 2]) -> Result<Option<f32>, RestoreError> {
+    let [number] = from.numbers::<f32, 1>();
+    let known = Some(number).filter(|number| *number != 0.0);
+    believe(known.is_none_or(|number| is_within(number, range))).map(|()| known)
+}
+
 /// A hash that almost surely changes with any number of the cameras or the extrinsics.
+#[inline(never)]
 pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];
     write_rig(cameras, extrinsics, &mut Writer::plain(&mut rig));
@@ -163,53 +176,48 @@ fn write_rig<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>, to: &m
     to.extrinsics(extrinsics);
 }
 
+#[inline(never)]
 fn write_camera<T: Scalar>(camera: &Camera<T>, to: &mut Writer<'_>) {
     let Intrinsics { focal, principal, size: [width, height] } = camera.intrinsics();
     to.numbers(focal);
     to.numbers(principal);
     to.word(u32::from(*width) | u32::from(*height) << 16);
-    let mut coefficients = [T::ZERO; 8];
-    let mut fill = |of: &[T]| coefficients.iter_mut().zip(of).for_each(|(to, from)| *to = *from);
     let lens = match camera.lens() {
         Lens::Pinhole => 0,
-        Lens::RadialTangential(lens) => {
-            fill(&lens.coefficients());
-            1
-        }
-        Lens::Fisheye(lens) => {
-            fill(&lens.coefficients());
-            2
-        }
-        Lens::Rational(lens) => {
-            fill(&lens.coefficients());
-            3
-        }
+        Lens::RadialTangential(_) => 1,
+        Lens::Fisheye(_) => 2,
+        Lens::Rational(_) => 3,
     };
     to.word(lens);
+    let mut coefficients = [T::ZERO; 8];
+    let own = camera.lens().coefficients();
+    coefficients.iter_mut().zip(own).for_each(|(to, from)| *to = *from);
     to.numbers(&coefficients);
 }
 
+#[inline(never)]
 fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreError> {
     let absurd = |_: CameraError| RestoreError::Absurd;
-    let (focal, principal) = (from.numbers(MAX_NUMBER)?, from.numbers(MAX_NUMBER)?);
-    let [a, b, c, d] = from.word()?.to_le_bytes();
+    let (focal, principal) = (from.numbers(), from.numbers());
+    let [a, b, c, d] = from.word().to_le_bytes();
     let size = [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])];
-    let lens = from.word()?;
-    let coefficients = from.numbers::<T, 8>(MAX_NUMBER)?;
-    let ([a, b, c, d, e, rest @ ..], zero) = (coefficients, T::ZERO);
-    let (lens, rest_is_zero) = match lens {
-        0 => (Lens::Pinhole, coefficients == [zero; 8]),
-        1 => {
-            let lens = RadialTangential::try_new([a, b, c, d, e]).map_err(absurd)?;
-            (Lens::RadialTangential(lens), rest == [zero; 3])
-        }
-        2 => {
-            let lens = Fisheye::try_new([a, b, c, d]).map_err(absurd)?;
-            (Lens::Fisheye(lens), e == zero && rest == [zero; 3])
-        }
-        3 => (Lens::Rational(Rational::try_new(coefficients).map_err(absurd)?), true),
+    let lens = from.word();
+    let mut unused = from.clone();
+    let coefficients: [T; 8] = from.numbers();
+    let [a, b, c, d, e, ..] = coefficients;
+    let lens = match lens {
+        0 => Lens::Pinhole,
+        1 => RadialTangential::try_new([a, b, c, d, e])
+            .map(Lens::RadialTangential)
+            .map_err(absurd)?,
+        2 => Fisheye::try_new([a, b, c, d]).map(Lens::Fisheye).map_err(absurd)?,
+        3 => Rational::try_new(coefficients).map(Lens::Rational).map_err(absurd)?,
         _ => return Err(RestoreError::Absurd),
     };
-    believe(rest_is_zero)?;
+    for _ in lens.coefficients() {
+        unused.word();
+    }
+    let zeros = 8_usize.saturating_sub(lens.coefficients().len());
+    believe(unused.is_within(&[(zeros, 0.0, 0.0)]))?;
     Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(absurd)
 }

@@ -3,10 +3,9 @@
 //! `FORMAT.md` has the bytes of both. Numbers are `f32` in either scalar. A record is refused as a whole if it is
 //! damaged, foreign or of another layout, or holds a number out of its range.
 
+mod codec;
 pub(crate) mod factory;
-mod reader;
 pub(crate) mod state;
-mod writer;
 
 use crate::error::RestoreError;
 
@@ -16,24 +15,12 @@ const MAGIC: [u8; 4] = *b"SCRC";
 /// Layout of the records. Any change of a layout changes it.
 const LAYOUT: u8 = 7;
 
+/// Kinds of records.
+const FACTORY: u8 = 1;
+const STATE: u8 = 2;
+
 /// Bytes of magic, layout, kind and two bytes more, and of the checksum at the end.
 const OVERHEAD_BYTES: usize = 12;
-
-/// Kind of a record.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Factory,
-    State,
-}
-
-impl Kind {
-    const fn number(self) -> u8 {
-        match self {
-            Self::Factory => 1,
-            Self::State => 2,
-        }
-    }
-}
 
 /// Refuses a number out of its range.
 ///

@@ -11,8 +11,8 @@
 //!
 //! # Ranges
 //!
-//! Two erase blocks each, or more: with sectors of 128 kB, 512 kB in all. A slot of the state takes 408 bytes in whole
-//! words: 5 in a page of 2 kB, 315 in a sector of 128 kB with words of 32 bytes.
+//! Two erase blocks each, or more for the state: with sectors of 128 kB, 512 kB in all. A slot of the state takes 408
+//! bytes in whole words: 5 in a page of 2 kB, 315 in a sector of 128 kB with words of 32 bytes.
 //!
 //! # Wear
 //!
@@ -25,12 +25,12 @@
 //!
 //! | call | reads | writes, erasures |
 //! |---|---|---|
-//! | [`Store::open`] | the first 128 bytes of each empty slot, and the newest record of each block | none |
-//! | [`Store::resume`], [`Store::load_factory`] | the record | none |
+//! | [`Store::open`] | each slot behind the newest record of its block, and that record | none |
+//! | [`Store::resume`], [`Store::load_factory`] | the record; without one, as `open` | none |
 //! | [`Store::save`] | the next slot, twice | the slot; an erasure once a block |
-//! | [`Store::save_factory`] | two records each twice | two records, two erasures |
+//! | [`Store::save_factory`] | two records | two records, two erasures |
 //!
-//! In accesses of at most 128 bytes, or one word.
+//! In accesses of at most one slot: 512 bytes.
 //!
 //! # A new layout
 //!
@@ -38,9 +38,7 @@
 //! overwritten by the next save. The factory calibration is not overwritten: the firmware asks for it again
 //! ([`Store::save_factory`]), or reads it by the version of this crate that wrote it.
 
-mod factory;
 mod policy;
-mod range;
 mod ring;
 mod slot;
 
@@ -55,24 +53,22 @@ pub use policy::{SavePolicy, SaveReason};
 
 use crate::calibrator::Calibrator;
 use crate::error::RestoreError;
-use crate::record::factory::{BYTES, FactoryCalibration};
+use crate::fusion::prior::Learned;
+use crate::record::factory::{self, FactoryCalibration};
 use crate::record::state;
 use crate::scalar::Scalar;
-use range::Blocks;
 use ring::Ring;
+use slot::Slot;
 
 /// Why the store was not opened, or did not save. The records saved before remain. `E`: error of the flash driver.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StoreError<E: Debug> {
-    /// A range is reversed, ends beyond the flash, overlaps the other one, has fewer than two erase blocks, or blocks too
-    /// small for a record. Correct it.
-    #[error("the ranges do not hold two erase blocks each within the flash")]
+    /// A range is not of whole erase blocks, ends beyond the flash, overlaps the other one, has fewer than two erase
+    /// blocks, or blocks too small for a record. Correct it.
+    #[error("the ranges do not hold two whole erase blocks each within the flash")]
     Range,
-    /// Start or length of a range is no multiple of the erase block. Correct it.
-    #[error("a range is not of whole erase blocks")]
-    Alignment,
     /// Read-back differs from what was written: the flash is worn out, locked or stuck. Try again later.
     #[error("read-back differs from what was written")]
     Verify,
@@ -81,7 +77,7 @@ pub enum StoreError<E: Debug> {
     Flash(E),
 }
 
-/// Factory calibration, state and save policy of a device. RAM: the driver and 150 bytes.
+/// Factory calibration, state and save policy of a device. RAM: the driver and 230 bytes.
 ///
 /// ```
 /// # use core::{fmt::Debug, time::Duration};
@@ -104,19 +100,20 @@ pub enum StoreError<E: Debug> {
 #[derive(Debug)]
 pub struct Store<F, T: Scalar> {
     flash: F,
-    factory: Blocks,
-    ring: Ring,
+    factory: Ring,
+    state: Ring,
     policy: SavePolicy<T>,
 }
 
 impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
-    /// Opens a store, and finds the newest state. Writes nothing. Flash without records, or unreadable, is an empty store.
+    /// Opens a store, and finds the newest records. Writes nothing. Flash without records, or unreadable, is an empty
+    /// store.
     ///
     /// * `factory`, `state`: addresses of two whole erase blocks or more each, constant over the life of the device. The
-    ///   store accesses nothing else.
+    ///   store accesses nothing else, and only the first two blocks of `factory`.
     ///
     /// # Errors
-    /// [`StoreError::Range`], [`StoreError::Alignment`].
+    /// [`StoreError::Range`].
     #[inline(never)]
     pub fn open(
         mut flash: F,
@@ -124,15 +121,14 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         state: Range<u32>,
         policy: SavePolicy<T>,
     ) -> Result<Self, StoreError<F::Error>> {
-        let is_apart = factory.end <= state.start || state.end <= factory.start;
-        let fits = factory::fits::<F>() && Ring::slots::<F>() > 0;
-        let [factory, state] = [factory, state].map(|range| Blocks::try_new(&flash, &range));
-        let (factory, state) = (factory?, state?);
-        if !(is_apart && fits) {
+        if !(factory.end <= state.start || state.end <= factory.start) {
             return Err(StoreError::Range);
         }
-        let ring = Ring::open(&mut flash, state);
-        Ok(Self { flash, factory, ring, policy })
+        let mut factory = Ring::try_new(&flash, &factory, factory::BYTES)?.of_two_copies();
+        let mut state = Ring::try_new(&flash, &state, state::BYTES)?;
+        factory.find(&mut flash);
+        state.find(&mut flash);
+        Ok(Self { flash, factory, state, policy })
     }
 
     /// Loads the factory calibration; `None` if none was saved.
@@ -141,24 +137,28 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
     /// [`RestoreError`]; [`RestoreError::Damaged`]: both copies are lost.
     #[inline(never)]
     pub fn load_factory(&mut self) -> Result<Option<FactoryCalibration<T>>, RestoreError> {
-        let mut record = [0; BYTES];
-        if factory::load(&mut self.flash, self.factory, &mut record) {
-            return FactoryCalibration::from_record(&record).map(Some);
+        let mut content = Slot::erased();
+        if self.factory.load(&mut self.flash, &mut content) {
+            return FactoryCalibration::from_record(content.record(factory::BYTES)).map(Some);
         }
-        let is_damaged = factory::is_damaged(&mut self.flash, self.factory);
-        if is_damaged { Err(RestoreError::Damaged) } else { Ok(None) }
+        if self.factory.is_damaged(&mut self.flash) { Err(RestoreError::Damaged) } else { Ok(None) }
     }
 
     /// Saves a factory calibration in place of the previous one, in production or on request. From then on a state
-    /// learnt from another rig is refused.
+    /// learnt from another rig is refused. The second copy is not erased before the first one is read back, so a loss of
+    /// power leaves the old calibration or the new.
     ///
     /// # Errors
-    /// [`StoreError::Flash`], [`StoreError::Verify`]: the previous one remains.
+    /// [`StoreError::Flash`], [`StoreError::Verify`]: the previous one remains, or one copy of the new one.
     pub fn save_factory(
         &mut self,
         factory: &FactoryCalibration<T>,
     ) -> Result<(), StoreError<F::Error>> {
-        factory::save(&mut self.flash, self.factory, &factory.to_record())
+        // The damaged or older copy first. A copy that fails is tried again before the other one is erased.
+        self.factory.find(&mut self.flash);
+        let mut write = |record: &mut [u8]| factory.write(record);
+        self.factory.save(&mut self.flash, &mut write)?;
+        self.factory.save(&mut self.flash, &mut write)
     }
 
     /// Restores the newest state, at start; returns whether there was one.
@@ -178,19 +178,28 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         restored
     }
 
-    // Out of line: its record leaves the stack of the policy.
-    #[inline(never)]
     fn restore<const N: usize>(
         &mut self,
         calibrator: &mut Calibrator<T, N>,
     ) -> Result<bool, RestoreError> {
-        let mut record = [0; state::BYTES];
-        if self.ring.load(&mut self.flash, &mut record) {
-            return calibrator.restore(&record).map(|()| true);
+        if let Some(fresh) = self.read(calibrator)? {
+            return calibrator.check_restored(fresh).map(|()| true);
         }
         calibrator.reset();
-        let is_damaged = self.ring.is_damaged(&mut self.flash);
-        if is_damaged { Err(RestoreError::Damaged) } else { Ok(false) }
+        if self.state.is_damaged(&mut self.flash) { Err(RestoreError::Damaged) } else { Ok(false) }
+    }
+
+    // Out of line: the record leaves the stack of the check.
+    #[inline(never)]
+    fn read<const N: usize>(
+        &mut self,
+        calibrator: &mut Calibrator<T, N>,
+    ) -> Result<Option<u32>, RestoreError> {
+        let mut content = Slot::erased();
+        if !self.state.load(&mut self.flash, &mut content) {
+            return Ok(None);
+        }
+        calibrator.read(content.record(state::BYTES)).map(Some)
     }
 
     /// Saves the state if the policy finds it due, and then returns the reason. Call it after each pair.
@@ -216,23 +225,18 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
     ///
     /// # Errors
     /// [`StoreError`].
+    #[inline(never)]
     pub fn save<const N: usize>(
         &mut self,
         calibrator: &Calibrator<T, N>,
         now: Duration,
     ) -> Result<(), StoreError<F::Error>> {
-        self.write(calibrator)?;
+        let mut learned = Learned::nothing();
+        calibrator.learn(&mut learned);
+        let mut write = |record: &mut [u8]| calibrator.write_snapshot(&mut learned, record);
+        self.state.save(&mut self.flash, &mut write)?;
         self.policy.saved(calibrator, now);
         Ok(())
-    }
-
-    // Out of line, as `restore`.
-    #[inline(never)]
-    fn write<const N: usize>(
-        &mut self,
-        calibrator: &Calibrator<T, N>,
-    ) -> Result<(), StoreError<F::Error>> {
-        self.ring.save(&mut self.flash, &calibrator.snapshot())
     }
 
     /// Returns the driver.

@@ -2,13 +2,11 @@
 
 use core::time::Duration;
 
-use crate::algebra::information::StandardDeviations;
 use crate::calibrator::Calibrator;
-use crate::geometry::extrinsics::Extrinsics;
-use crate::geometry::metrics::{baseline_angle, rotation_angle};
-use crate::outcome::proposal::Proposal;
+use crate::fusion::prior::Place;
 use crate::scalar::Scalar;
 use crate::state::State;
+use crate::thresholds::FREEDOM_RAD;
 
 /// Why a save is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -19,7 +17,8 @@ pub enum SaveReason {
     Locked,
     /// The calibration in use has changed.
     InUse,
-    /// The locked estimate has moved by more than its standard deviation with the lens uncertain, in `R` or in `t`.
+    /// The locked estimate has moved by more than 8.7e-4 rad (0.05 degrees), about one axis of `R` or `t`: a restored
+    /// estimate is expected to fit the next pair as closely.
     Moved,
     /// The locked estimate has more pairs, and the last save is [`SavePolicy::OVERDUE`] intervals old.
     Overdue,
@@ -30,35 +29,11 @@ pub enum SaveReason {
 struct Saved<T: Scalar> {
     was_locked: bool,
     generation: u32,
-    estimate: Option<Estimate<T>>,
+    place: Option<Place<T>>,
 }
 
-/// Part of a proposal that the policy compares.
-#[derive(Debug, Clone, Copy)]
-struct Estimate<T: Scalar> {
-    extrinsics: Extrinsics<T>,
-    pairs: u32,
-    sd: StandardDeviations<T>,
-}
-
-impl<T: Scalar> Estimate<T> {
-    /// Out of line: a whole proposal stays off the caller's stack.
-    #[inline(never)]
-    fn of<const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Self> {
-        let proposal = calibrator.proposal();
-        let Proposal { extrinsics, pairs, sd_lens, .. } = proposal.as_ref()?;
-        Some(Self { extrinsics: *extrinsics, pairs: *pairs, sd: *sd_lens })
-    }
-
-    fn has_moved_from(&self, Self { extrinsics: old, .. }: &Self) -> bool {
-        let Self { extrinsics: new, sd, .. } = self;
-        rotation_angle(new.rotation(), old.rotation()) > sd.rotation
-            || baseline_angle(new.translation(), old.translation()) > sd.translation
-    }
-}
-
-/// Longest time that counts between two pairs, ns.
-const LONGEST_STEP: u64 = 1_000_000_000;
+/// Longest time that counts between two pairs, ms.
+const LONGEST_STEP: u32 = 1000;
 
 /// Decides when to save: at most once an interval, whether the save succeeds or not. Time is a [`Duration`] since any
 /// fixed origin.
@@ -87,10 +62,10 @@ const LONGEST_STEP: u64 = 1_000_000_000;
 #[derive(Debug, Clone)]
 pub struct SavePolicy<T: Scalar> {
     interval: Duration,
-    /// Time of the last pair.
-    last: Option<Duration>,
-    /// Time counted since the last due or completed save or the restart, ns; `None` before the first.
-    elapsed: Option<u64>,
+    /// Time of the last pair, ms.
+    last: Option<u64>,
+    /// Time counted since the last due or completed save or the restart, ms; `None` before the first.
+    elapsed: Option<u32>,
     saved: Option<Saved<T>>,
 }
 
@@ -118,40 +93,33 @@ impl<T: Scalar> SavePolicy<T> {
         calibrator: &Calibrator<T, N>,
         now: Duration,
     ) -> Option<SaveReason> {
-        self.count(now);
-        let interval = self.interval.as_nanos();
-        let has_passed = |intervals: u32| {
-            let least = interval.saturating_mul(intervals.into());
-            self.elapsed.is_none_or(|elapsed| u128::from(elapsed) >= least)
+        let now = milliseconds(now);
+        // The clock may have been set back.
+        let last = self.last.replace(now).unwrap_or(now);
+        let step = u32::try_from(now.abs_diff(last)).unwrap_or(u32::MAX).min(LONGEST_STEP);
+        let elapsed = match self.elapsed {
+            Some(elapsed) if now < last => elapsed.saturating_sub(step),
+            Some(elapsed) => elapsed.saturating_add(step),
+            None => u32::MAX,
         };
-        if !has_passed(1) {
+        self.elapsed = self.elapsed.map(|_| elapsed);
+        let interval = u32::try_from(milliseconds(self.interval)).unwrap_or(u32::MAX);
+        if elapsed < interval {
             return None;
         }
-        let reason = self.reason(calibrator, has_passed(Self::OVERDUE))?;
+        let is_overdue = elapsed / Self::OVERDUE >= interval;
+        let reason = self.reason(calibrator, is_overdue)?;
         self.elapsed = Some(0);
         Some(reason)
-    }
-
-    /// Counts the time since the last pair.
-    fn count(&mut self, now: Duration) {
-        // In nanoseconds: subtraction of `Duration` compiles to a reachable panic.
-        let [now_ns, last] = [now, self.last.unwrap_or(now)].map(|time| time.as_nanos());
-        let step =
-            u64::try_from(now_ns.abs_diff(last)).map_or(LONGEST_STEP, |ns| ns.min(LONGEST_STEP));
-        self.last = Some(now);
-        self.elapsed = self.elapsed.map(|elapsed| {
-            if now_ns < last { elapsed.saturating_sub(step) } else { elapsed.saturating_add(step) }
-        });
     }
 
     /// Records that the present state of the calibrator has been saved.
     #[inline(never)]
     pub fn saved<const N: usize>(&mut self, calibrator: &Calibrator<T, N>, now: Duration) {
-        let estimate = Estimate::of(calibrator);
         let was_locked = calibrator.state() == State::Locked;
-        self.saved = Some(Saved { was_locked, generation: calibrator.generation, estimate });
-        self.last = Some(now);
-        self.elapsed = Some(0);
+        let place = calibrator.estimator.place();
+        self.saved = Some(Saved { was_locked, generation: calibrator.generation, place });
+        (self.last, self.elapsed) = (Some(milliseconds(now)), Some(0));
     }
 
     /// Records a restart with a state that was saved before, restored or lost: the next save waits for the interval.
@@ -160,7 +128,7 @@ impl<T: Scalar> SavePolicy<T> {
         self.last = None;
         // Re-locking after a restore triggers no save.
         if let Some(saved) = &mut self.saved {
-            saved.was_locked = saved.estimate.is_some();
+            saved.was_locked = saved.place.is_some();
         }
     }
 
@@ -177,13 +145,18 @@ impl<T: Scalar> SavePolicy<T> {
         if calibrator.generation != saved.generation {
             return Some(SaveReason::InUse);
         }
-        let new = Estimate::of(calibrator).filter(|_| is_locked)?;
-        let old = saved.estimate.as_ref();
-        if old.is_none_or(|old| new.has_moved_from(old)) {
+        let new = calibrator.estimator.place().filter(|_| is_locked)?;
+        let old = saved.place.as_ref();
+        if old.is_none_or(|old| new.distance_to(old) > T::lit(FREEDOM_RAD)) {
             return Some(SaveReason::Moved);
         }
         (is_overdue && old.is_some_and(|old| new.pairs != old.pairs)).then_some(SaveReason::Overdue)
     }
+}
+
+/// A time in milliseconds. The operators of [`Duration`] compile to a reachable panic.
+fn milliseconds(time: Duration) -> u64 {
+    time.as_secs().wrapping_mul(1000).wrapping_add(time.subsec_millis().into())
 }
 
 impl<T: Scalar> Default for SavePolicy<T> {

@@ -1,12 +1,12 @@
-//! The state: slots of one size over two or more erase blocks. The newest intact record counts, and the block that holds
+//! Records of one kind: slots of one size over erase blocks. The newest intact record counts, and the block that holds
 //! it is never erased.
+
+use core::ops::Range;
 
 use embedded_storage::nor_flash::NorFlash;
 
 use super::StoreError;
-use super::range::Blocks;
-use super::slot::{self, to_u32};
-use crate::record::state::BYTES;
+use super::slot::{self, Slot, to_u32};
 
 /// Attempts at slots that look erased, before another block is erased.
 const ATTEMPTS: u8 = 2;
@@ -22,44 +22,75 @@ struct Newest {
 /// Slots in a range.
 #[derive(Debug)]
 pub(super) struct Ring {
-    blocks: Blocks,
+    start: u32,
+    blocks: u32,
+    /// Slots of a block.
+    slots: u32,
+    /// Bytes of a record.
+    length: usize,
     newest: Option<Newest>,
     /// Block that is erased next.
     next: u32,
 }
 
 impl Ring {
-    /// Finds the newest record. Flash without records, or unreadable, is an empty ring.
-    pub(super) fn open<F: NorFlash>(flash: &mut F, blocks: Blocks) -> Self {
-        let mut ring = Self { blocks, newest: None, next: 0 };
-        ring.scan(flash);
-        ring
+    /// A ring over the whole range, whose records are not known yet.
+    ///
+    /// # Errors
+    /// [`StoreError::Range`].
+    pub(super) fn try_new<F: NorFlash>(
+        flash: &F,
+        range: &Range<u32>,
+        length: usize,
+    ) -> Result<Self, StoreError<F::Error>> {
+        let (block, slot) = (to_u32(F::ERASE_SIZE), to_u32(slot::bytes::<F>(length)));
+        let slots = block.checked_div(slot).unwrap_or(0);
+        let blocks = range.end.saturating_sub(range.start).checked_div(block).unwrap_or(0);
+        let is_whole = range.start.is_multiple_of(block) && range.end.is_multiple_of(block);
+        if is_whole && range.end <= to_u32(flash.capacity()) && slots > 0 && blocks >= 2 {
+            Ok(Self { start: range.start, blocks, slots, length, newest: None, next: 0 })
+        } else {
+            Err(StoreError::Range)
+        }
     }
 
-    /// Slots of an erase block.
-    pub(super) fn slots<F: NorFlash>() -> u32 {
-        to_u32(F::ERASE_SIZE).checked_div(slot::bytes::<F>(BYTES)).unwrap_or(0)
+    /// The ring as two copies of one record, each in a block of its own: two saves replace both.
+    pub(super) fn of_two_copies(self) -> Self {
+        Self { blocks: 2, slots: 1, ..self }
+    }
+
+    /// Finds the newest record anew, whatever was known of the flash. Without one, the first block is erased next.
+    #[inline(never)]
+    pub(super) fn find<F: NorFlash>(&mut self, flash: &mut F) {
+        self.next = 0;
+        self.scan(flash, &mut Slot::erased());
     }
 
     /// Loads the newest record; returns whether there is one.
-    pub(super) fn load<F: NorFlash>(&mut self, flash: &mut F, record: &mut [u8; BYTES]) -> bool {
+    #[inline(never)]
+    pub(super) fn load<F: NorFlash>(&mut self, flash: &mut F, content: &mut Slot) -> bool {
+        // A fault at the last scan may have passed, or the newest record may be lost since.
         for _ in 0..2 {
-            let Some(Newest { sequence, block, slot }) = self.newest else { break };
-            if slot::load(flash, self.address::<F>(block, slot), record) == Some(sequence) {
-                return true;
+            if let Some(Newest { sequence, block, slot }) = self.newest {
+                let address = self.address::<F>(block, slot);
+                if content.read(flash, address, self.length) == Some(sequence) {
+                    return true;
+                }
             }
-            self.scan(flash);
+            self.scan(flash, content);
         }
         false
     }
 
     /// Whether a slot has content although no record is intact.
     pub(super) fn is_damaged<F: NorFlash>(&self, flash: &mut F) -> bool {
-        let is_blank = |block| slot::is_blank(flash, self.address::<F>(block, 0), BYTES);
-        self.newest.is_none() && !(0..self.blocks.count).all(is_blank)
+        let is_blank = |block| slot::is_blank(flash, self.address::<F>(block, 0), self.length);
+        self.newest.is_none() && !(0..self.blocks).all(is_blank)
     }
 
     /// Saves a record. At most one erasure.
+    ///
+    /// * `write`: writes the record into its place in RAM.
     ///
     /// # Errors
     /// [`StoreError`]; the record saved before is still there.
@@ -67,13 +98,19 @@ impl Ring {
     pub(super) fn save<F: NorFlash>(
         &mut self,
         flash: &mut F,
-        record: &[u8; BYTES],
+        write: &mut dyn FnMut(&mut [u8]),
     ) -> Result<(), StoreError<F::Error>> {
+        let mut content = Slot::erased();
         if self.newest.is_none() {
-            // A fault at the last scan may have passed.
-            self.scan(flash);
+            self.scan(flash, &mut content);
+            content = Slot::erased();
         }
-        if self.append(flash, record) {
+        // Erased flash reads as the largest numbers, so they are no sequence numbers.
+        let before = self.newest.map_or(0, |newest| newest.sequence);
+        let sequence = before.saturating_add(1).min(u32::MAX - 1);
+        write(content.record(self.length));
+        content.seal(sequence, self.length);
+        if self.append(flash, &content, sequence) {
             return Ok(());
         }
         let block = self.next;
@@ -82,22 +119,23 @@ impl Ring {
         let start = self.address::<F>(block, 0);
         let end = start.saturating_add(to_u32(F::ERASE_SIZE));
         flash.erase(start, end).map_err(StoreError::Flash)?;
-        if self.put(flash, block, 0, record).map_err(StoreError::Flash)? {
-            Ok(())
-        } else {
-            Err(StoreError::Verify)
+        if !content.write(flash, start, self.length).map_err(StoreError::Flash)? {
+            return Err(StoreError::Verify);
         }
+        self.found(Newest { sequence, block, slot: 0 });
+        Ok(())
     }
 
     /// Writes a record behind the newest one; returns whether that was possible. The slots there are erased, or torn by
     /// a loss of power.
-    fn append<F: NorFlash>(&mut self, flash: &mut F, record: &[u8; BYTES]) -> bool {
+    fn append<F: NorFlash>(&mut self, flash: &mut F, content: &Slot, sequence: u32) -> bool {
         let Some(Newest { block, slot, .. }) = self.newest else { return false };
         let mut attempts = ATTEMPTS;
-        for slot in slot.saturating_add(1)..Self::slots::<F>() {
+        for slot in slot.saturating_add(1)..self.slots {
             let address = self.address::<F>(block, slot);
-            if attempts > 0 && slot::is_blank(flash, address, BYTES) {
-                if self.put(flash, block, slot, record).is_ok_and(|is_there| is_there) {
+            if attempts > 0 && slot::is_blank(flash, address, self.length) {
+                if content.write(flash, address, self.length).is_ok_and(|is_there| is_there) {
+                    self.found(Newest { sequence, block, slot });
                     return true;
                 }
                 attempts = attempts.saturating_sub(1);
@@ -106,24 +144,7 @@ impl Ring {
         false
     }
 
-    /// Writes a record and reads it back; returns whether it is there.
-    fn put<F: NorFlash>(
-        &mut self,
-        flash: &mut F,
-        block: u32,
-        slot: u32,
-        record: &[u8; BYTES],
-    ) -> Result<bool, F::Error> {
-        // Erased flash reads as the largest numbers, so they are no sequence numbers.
-        let before = self.newest.map_or(0, |newest| newest.sequence);
-        let sequence = before.saturating_add(1).min(u32::MAX - 1);
-        let is_there = slot::write(flash, self.address::<F>(block, slot), sequence, record)?;
-        if is_there {
-            self.found(Newest { sequence, block, slot });
-        }
-        Ok(is_there)
-    }
-
+    #[inline(never)]
     fn found(&mut self, newest: Newest) {
         self.newest = Some(newest);
         self.next = self.after(newest.block);
@@ -131,11 +152,12 @@ impl Ring {
 
     /// Finds the newest record of all blocks: the last intact one of each.
     #[inline(never)]
-    fn scan<F: NorFlash>(&mut self, flash: &mut F) {
+    fn scan<F: NorFlash>(&mut self, flash: &mut F, content: &mut Slot) {
         self.newest = None;
-        for block in 0..self.blocks.count {
-            let last = (0..Self::slots::<F>()).rev().find_map(|slot| {
-                let sequence = slot::check(flash, self.address::<F>(block, slot), BYTES)?;
+        for block in 0..self.blocks {
+            let last = (0..self.slots).rev().find_map(|slot| {
+                let address = self.address::<F>(block, slot);
+                let sequence = content.read(flash, address, self.length)?;
                 Some(Newest { sequence, block, slot })
             });
             if let Some(last) = last
@@ -147,16 +169,20 @@ impl Ring {
     }
 
     /// The next block in turn that does not hold the newest record.
+    #[inline(never)]
     fn after(&self, block: u32) -> u32 {
         let turn = |block: u32| {
             let next = block.saturating_add(1);
-            if next < self.blocks.count { next } else { 0 }
+            if next < self.blocks { next } else { 0 }
         };
         let next = turn(block);
         if self.newest.is_some_and(|newest| newest.block == next) { turn(next) } else { next }
     }
 
+    #[inline(never)]
     fn address<F: NorFlash>(&self, block: u32, slot: u32) -> u32 {
-        self.blocks.address::<F>(block).wrapping_add(slot.wrapping_mul(slot::bytes::<F>(BYTES)))
+        let slots = slot.wrapping_mul(to_u32(slot::bytes::<F>(self.length)));
+        let blocks = block.wrapping_mul(to_u32(F::ERASE_SIZE));
+        self.start.wrapping_add(blocks).wrapping_add(slots)
     }
 }

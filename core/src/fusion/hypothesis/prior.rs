@@ -1,71 +1,92 @@
 //! A hypothesis as a prior, and a hypothesis that starts from a prior.
 
+use nalgebra::Vector5;
+
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::information::Information;
-use crate::algebra::normal_equations::NormalEquations;
-use crate::algebra::prior_moments::Response;
 use crate::config::Context;
 use crate::fusion::prior::Prior;
+use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
+use crate::thresholds::MAX_NOISE_PX;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// The estimate without its pairs; `None` if there is no estimate.
+    /// Fills in the estimate without its pairs. No estimate if the sums have no solution.
     #[inline(never)]
-    pub(in crate::fusion) fn as_prior(&self, context: &Context<'_, T>) -> Option<Prior<T>> {
-        let mut prior = self.of_sums(context)?;
+    pub(in crate::fusion) fn fill_prior(
+        &self,
+        prior: &mut Prior<T>,
+        context: &Context<'_, T>,
+    ) -> Option<()> {
+        // Each step is out of line, so that its stack is free again after it.
+        let at_rest = self.pose_at_rest(&self.pose)?;
+        self.fill_equations(prior, &at_rest, context)?;
         let drifts = self.drift.dot(&self.information.times(&self.drift)) > T::ONE;
         if drifts || !self.vibration(context).is_zero() || !self.halves.agree() {
-            prior.equations = self.of_covariance(context)?;
+            self.widen(&mut prior.equations, context)?;
         }
-        Some(prior)
+        (prior.pose, prior.chi_square) = (self.pose, self.reduced_chi_square);
+        (prior.noise, prior.high_leverage) = (self.noise, self.high_leverage);
+        (prior.shares, prior.pairs) = ([self.inlier_share, self.crowd], self.pairs);
+        Some(())
     }
 
-    /// The prior of a rigid rig.
+    /// Fills in equations and response of a rigid rig.
     #[inline(never)]
-    fn of_sums(&self, context: &Context<'_, T>) -> Option<Prior<T>> {
-        let at_rest = self.pose_at_rest(&self.pose)?;
+    fn fill_equations(
+        &self,
+        prior: &mut Prior<T>,
+        at_rest: &RectifyingRotations<T>,
+        context: &Context<'_, T>,
+    ) -> Option<()> {
         let mut sums = self.sums;
-        sums.change_frame(&self.frame, &at_rest);
-        Some(Prior {
-            pose: self.pose,
-            equations: sums.biased_at_frame(),
-            response: Response::of(&sums, context.prior)?,
-            chi_square: self.reduced_chi_square,
-            pairs: self.pairs,
-            noise: self.noise,
-            shares: [self.inlier_share, self.crowd],
-            high_leverage: self.high_leverage,
-        })
+        sums.change_frame(&self.frame, at_rest);
+        prior.equations = sums.biased_at_frame();
+        prior.response.set(&sums, &prior.equations.normal.information, context.prior)
     }
 
     /// Equations with the covariance of the estimate, and without noise. The sums alone are not enough: a vibrating rig
     /// weighs each pair, and the covariance of a drifting rig, or with disagreeing image halves, is wider than that of
     /// its pairs.
     #[inline(never)]
-    fn of_covariance(&self, context: &Context<'_, T>) -> Option<BiasedEquations<T>> {
+    fn widen(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
         let mut information = self.covariance(context)?.inverse()?;
         information.add_diagonal(-context.prior);
-        let gradient = self.pose.unknowns_to(&context.factory_pose) * context.prior;
-        let normal = NormalEquations { information: Information(information), gradient };
-        Some(BiasedEquations { normal, ..BiasedEquations::ZERO })
+        *equations = BiasedEquations::ZERO;
+        equations.normal.information = Information(information);
+        equations.normal.gradient = self.balance(context);
+        Some(())
+    }
+
+    /// Gradient of the pairs that balances the prior about the factory extrinsics.
+    fn balance(&self, context: &Context<'_, T>) -> Vector5<T> {
+        self.pose.unknowns_to(&context.factory_pose) * context.prior
     }
 
     /// Starts an empty hypothesis with a prior.
     #[inline(never)]
     pub(in crate::fusion) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
-        let normal = prior.equations.debiased();
-        (self.pose, self.frame, self.information) = (prior.pose, prior.pose, normal.information);
+        (self.pose, self.frame) = (prior.pose, prior.pose);
+        let mut equations = prior.equations;
+        // `R` is observed: its gradient balances the prior.
+        let balance = self.balance(context);
+        let gradient = &mut equations.normal.gradient;
+        (gradient.x, gradient.y, gradient.z) = (balance.x, balance.y, balance.z);
+        let normal = equations.debiased();
+        self.information = normal.information;
         // Row offsets scatter by the noise of both views, and the pitch element of `H` is the sum of the weights.
-        let deviation = prior.noise / context.focal;
-        let [weights, ..] = prior.equations.normal.information.0.diagonal();
+        // An update of the firmware may have changed the floor.
+        let floor = T::single(context.config.noise_floor_px);
+        self.noise = prior.noise.max(floor).min(floor.max(T::lit(MAX_NOISE_PX)));
+        let deviation = self.noise / context.focal;
+        let [weights, ..] = equations.normal.information.0.diagonal();
         let squares = weights * deviation * deviation * T::lit(2.0);
-        self.sums.set_prior(&prior.equations, &prior.response, squares);
+        self.sums.set_prior(&equations, &prior.response, squares);
         if !context.vibration.is_zero() {
             self.marginal.sum = normal;
             self.marginal.variances = context.vibration.at_least_rigid();
         }
-        self.noise = prior.noise;
         [self.inlier_share, self.crowd] = prior.shares;
         self.high_leverage = prior.high_leverage;
         self.reduced_chi_square = prior.chi_square;
@@ -84,8 +105,9 @@ mod tests {
     use nalgebra::Vector5;
 
     fn resumed(from: &Hypothesis<f64>, context: &Context<'_, f64>) -> Hypothesis<f64> {
-        let mut resumed = Hypothesis::EMPTY;
-        resumed.resume(&from.as_prior(context).unwrap(), context);
+        let (mut prior, mut resumed) = (Prior::NONE, Hypothesis::EMPTY);
+        from.fill_prior(&mut prior, context).unwrap();
+        resumed.resume(&prior, context);
         resumed
     }
 

@@ -1,0 +1,144 @@
+//! Encoder and decoder of records: words and `f32` in order.
+
+use super::{LAYOUT, MAGIC};
+use crate::checksum;
+use crate::error::RestoreError;
+use crate::geometry::extrinsics::Extrinsics;
+use crate::scalar::Scalar;
+
+/// Numbers that follow each other: how many, the least and the largest that each may be.
+pub(super) type Range = (usize, f32, f32);
+
+/// Bytes of numbers of these ranges.
+pub(super) const fn bytes_of(mut ranges: &[Range]) -> usize {
+    let mut bytes = 0;
+    while let [(count, _, _), rest @ ..] = ranges {
+        (bytes, ranges) = (bytes + 4 * *count, rest);
+    }
+    bytes
+}
+
+/// Writer into a record of fixed length.
+pub(super) struct Writer<'a> {
+    rest: &'a mut [u8],
+}
+
+impl<'a> Writer<'a> {
+    /// Writer without a header, for a fingerprint.
+    pub(super) fn plain(rest: &'a mut [u8]) -> Self {
+        Self { rest }
+    }
+
+    /// Writes the header.
+    ///
+    /// * `more`: two bytes that the kind gives a meaning.
+    pub(super) fn begin(rest: &'a mut [u8], kind: u8, more: [u8; 2]) -> Self {
+        let mut writer = Self { rest };
+        let [x, y] = more;
+        writer.word(u32::from_le_bytes(MAGIC));
+        writer.word(u32::from_le_bytes([LAYOUT, kind, x, y]));
+        writer
+    }
+
+    #[inline(never)]
+    pub(super) fn word(&mut self, word: u32) {
+        if let Some((place, rest)) = core::mem::take(&mut self.rest).split_first_chunk_mut() {
+            *place = word.to_le_bytes();
+            self.rest = rest;
+        }
+    }
+
+    /// Writes numbers in order, as `f32`.
+    #[inline(never)]
+    pub(super) fn numbers<T: Scalar>(&mut self, numbers: &[T]) {
+        for number in numbers {
+            self.word(number.to_single().to_bits());
+        }
+    }
+
+    /// Writes `R` row by row, then `t`.
+    pub(super) fn extrinsics<T: Scalar>(&mut self, of: &Extrinsics<T>) {
+        self.numbers(&of.rotation_row_major());
+        self.numbers(of.translation().as_slice());
+    }
+}
+
+/// Sets the last four bytes of a record to the checksum of those before.
+pub(super) fn seal(record: &mut [u8]) {
+    if let Some((content, sum)) = record.split_last_chunk_mut() {
+        *sum = checksum::of_record(content).to_le_bytes();
+    }
+}
+
+/// Reader of a record of the right length and checksum.
+#[derive(Clone)]
+pub(super) struct Reader<'a> {
+    rest: &'a [u8],
+}
+
+impl<'a> Reader<'a> {
+    /// Checks checksum, header and length; returns a reader behind the header, and the last two bytes of the header.
+    ///
+    /// # Errors
+    /// [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`].
+    #[inline(never)]
+    pub(super) fn begin(
+        record: &'a [u8],
+        kind: u8,
+        length: usize,
+    ) -> Result<(Self, [u8; 2]), RestoreError> {
+        let (content, sum) = record.split_last_chunk().ok_or(RestoreError::Damaged)?;
+        let is_whole = checksum::of_record(content) == u32::from_le_bytes(*sum);
+        let mut reader = Self { rest: content };
+        let magic = reader.word().to_le_bytes();
+        let [layout, found, x, y] = reader.word().to_le_bytes();
+        match () {
+            () if !is_whole => Err(RestoreError::Damaged),
+            () if magic != MAGIC => Err(RestoreError::Foreign),
+            () if layout != LAYOUT => Err(RestoreError::Layout(layout)),
+            () if found != kind => Err(RestoreError::Foreign),
+            () if record.len() != length => Err(RestoreError::Damaged),
+            () => Ok((reader, [x, y])),
+        }
+    }
+
+    /// Whether the numbers that follow are within their ranges.
+    #[inline(never)]
+    pub(super) fn is_within(&self, ranges: &[Range]) -> bool {
+        let mut ahead = self.clone();
+        ranges.iter().all(|(count, least, most)| {
+            (0..*count).all(|_| (*least..=*most).contains(&f32::from_bits(ahead.word())))
+        })
+    }
+
+    /// Reads a word; 0 beyond the end, which the length of the record excludes.
+    #[inline(never)]
+    pub(super) fn word(&mut self) -> u32 {
+        let Some((word, rest)) = self.rest.split_first_chunk() else { return 0 };
+        self.rest = rest;
+        u32::from_le_bytes(*word)
+    }
+
+    /// Reads numbers into their places. The caller has checked their range, or checks it afterwards.
+    #[inline(never)]
+    pub(super) fn fill<T: Scalar>(&mut self, places: &mut [T]) {
+        for place in places {
+            *place = T::single(f32::from_bits(self.word()));
+        }
+    }
+
+    pub(super) fn numbers<T: Scalar, const K: usize>(&mut self) -> [T; K] {
+        let mut numbers = [T::ZERO; K];
+        self.fill(&mut numbers);
+        numbers
+    }
+
+    /// Reads `R` row by row, then `t`.
+    ///
+    /// # Errors
+    /// [`RestoreError::Absurd`].
+    pub(super) fn extrinsics<T: Scalar>(&mut self) -> Result<Extrinsics<T>, RestoreError> {
+        let (r, t) = (self.numbers(), self.numbers());
+        Extrinsics::from_row_major(r, t).map_err(|_| RestoreError::Absurd)
+    }
+}
