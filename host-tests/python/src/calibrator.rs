@@ -135,7 +135,7 @@ impl Calibrator {
     fn health(&self, py: Python<'_>) -> PyResult<Option<Health>> {
         let found = call!(self, py, held => (held.calibrator.health(), held.calibrator.proposal()));
         let (Ok(health), Some(proposal)) = found else { return Ok(None) };
-        Ok(Some(Health::new(&health, &proposal)))
+        Health::new(&health, &proposal).map(Some)
     }
 
     #[getter]

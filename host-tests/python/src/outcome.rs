@@ -40,20 +40,6 @@ named_tuples! {
     Frame(sequence: u32, timestamp_us: u64);
 }
 
-/// Words that are read as a tuple.
-#[derive(Clone, FromPyObject)]
-pub(crate) struct Words(Vec<String>);
-
-impl<'py> IntoPyObject<'py> for Words {
-    type Target = PyTuple;
-    type Output = Bound<'py, PyTuple>;
-    type Error = PyErr;
-
-    fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
-        PyTuple::new(py, self.0)
-    }
-}
-
 /// Errors of the lens models, read as a dictionary.
 #[derive(Clone, FromPyObject, IntoPyObject)]
 #[pyo3(from_item_all)]
@@ -65,15 +51,23 @@ pub(crate) struct Lens {
     principal_x_px: Finding,
 }
 
-/// Defines classes whose values have these fields, and can be pickled.
+/// Defines classes of plain data: fields with their values. They can be pickled.
 macro_rules! data {
     ($(
         $(#[$doc:meta])*
-        $name:ident { $($field:ident: $type:ty,)+ } { $($method:tt)* }
+        $name:ident($($given:ident: $of:ty),+) { $($field:ident: $type:ty = $value:expr,)+ }
+        { $($method:tt)* }
     )+) => {$(
         $(#[$doc])*
         #[pyclass(frozen, get_all, module = "stereo_selfcal")]
         pub(crate) struct $name { $($field: $type),+ }
+
+        impl $name {
+            #[allow(clippy::unnecessary_wraps, reason = "some have values that can fail")]
+            pub(crate) fn new($($given: $of),+) -> PyResult<Self> {
+                Ok(Self { $($field: $value),+ })
+            }
+        }
 
         #[pymethods]
         #[allow(clippy::too_many_arguments, reason = "called by pickle")]
@@ -96,61 +90,73 @@ macro_rules! data {
 }
 data! {
     /// One stereo pair, solved.
-    Pair {
-        R: Matrix<3, 3>,
-        t: Vector,
-        rms_px_before: f32,
-        rms_px_after: f32,
-        noise_px: f32,
-        usable: u32,
-        fit: u32,
-        skipped: u32,
-        passes: u16,
-        stop: String,
+    Pair(of: &PairReport<f32>) {
+        R: Matrix<3, 3> = pose(&in_f64(&of.extrinsics)).0,
+        t: Vector = pose(&in_f64(&of.extrinsics)).1,
+        rms_px_before: f32 = of.rms_px_before,
+        rms_px_after: f32 = of.rms_px_after,
+        noise_px: f32 = of.noise_px,
+        usable: u32 = of.usable,
+        fit: u32 = of.screened,
+        skipped: u32 = of.skipped,
+        passes: u16 = of.passes,
+        stop: String = name(&of.stop),
     } {}
 
     /// The calibration in use and the estimate, over the matches of the last pair.
-    Health {
-        may_arm: bool,
-        band: String,
-        in_use_px: f32,
-        proposed_px: f32,
-        off_px: f32,
-        fit_in_use: u32,
-        fit_proposed: u32,
-        coverage: f32,
-        corner_px: f32,
-        contradicting_ranges: u16,
-        contradicting_motions: u16,
-        lens_yaw: Finding,
-        lens: Option<Lens>,
-        weakest: Option<(String, f32)>,
-        yaw: f32,
-        vibration: Sd,
+    Health(of: &CoreHealth<f32>, proposal: &Proposal<f32>) {
+        may_arm: bool = of.may_arm(),
+        band: String = name(&of.band),
+        in_use_px: f32 = of.in_use_px,
+        proposed_px: f32 = of.proposed_px,
+        off_px: f32 = of.off_px,
+        fit_in_use: u32 = of.fit_in_use,
+        fit_proposed: u32 = of.fit_proposed,
+        coverage: f32 = of.coverage,
+        corner_px: f32 = of.corner_px,
+        contradicting_ranges: u16 = of.contradicting_ranges,
+        contradicting_motions: u16 = of.contradicting_motions,
+        lens_yaw: Finding = proposal.lens_yaw.into(),
+        lens: Option<Lens> = proposal.lens.as_ref().map(Lens::new),
+        weakest: Option<(String, f32)> =
+            proposal.weakest().map(|(direction, sd)| (name(&direction), sd)),
+        yaw: f32 = of.yaw,
+        vibration: Sd = Sd(proposal.vibration.rotation, proposal.vibration.baseline),
     } {}
 
     /// The estimate after a pair.
-    Result {
-        R: Option<Matrix<3, 3>>,
-        t: Option<Vector>,
-        state: String,
-        health: Option<Py<Health>>,
-        reasons: Words,
-        cause: Option<String>,
-        sd: Option<Sd>,
-        sd_lens: Option<Sd>,
-        fused: Option<String>,
-        rejection: Option<Py<PyAny>>,
-        pair: Option<Py<Pair>>,
-        motion: Option<Py<PyAny>>,
-        pairs: u32,
-        offered: usize,
-        taken: usize,
-        refused: usize,
-        generation: u32,
-        frame: Option<Frame>,
+    Result(py: Python<'_>, of: &Outcome) {
+        R: Option<Matrix<3, 3>> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).0),
+        t: Option<Vector> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).1),
+        state: String = name(&of.state),
+        health: Option<Py<Health>> = match (&of.health, &of.proposal) {
+            (Some(health), Some(proposal)) => Some(Py::new(py, Health::new(health, proposal)?)?),
+            _ => None,
+        },
+        reasons: Py<PyTuple> = {
+            let reasons = of.health.as_ref().map_or(Reasons::default(), |health| health.reasons);
+            let names: Vec<String> = reasons.iter().map(|reason| name(&reason)).collect();
+            PyTuple::new(py, names)?.unbind()
+        },
+        cause: Option<String> = of.cause.map(|cause| cause.to_string()),
+        sd: Option<Sd> = of.proposal.as_ref().map(|of| of.sd.into()),
+        sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| of.sd_lens.into()),
+        fused: Option<String> = of.fused.ok().as_ref().map(name),
+        rejection: Option<Py<PyAny>> = of.fused.err().map(|why| exception(py, why)),
+        pair: Option<Py<Pair>> =
+            of.report.as_ref().map(|report| Py::new(py, Pair::new(report)?)).transpose()?,
+        motion: Option<Py<PyAny>> = of.motion.map(|motion| match motion {
+            Ok(witnessed) => PyString::new(py, &name(&witnessed)).into(),
+            Err(why) => exception(py, why),
+        }),
+        pairs: u32 = of.proposal.as_ref().map_or(0, |of| of.pairs),
+        offered: usize = of.matches[0],
+        taken: usize = of.matches[1],
+        refused: usize = of.matches[2],
+        generation: u32 = of.generation,
+        frame: Option<Frame> = of.frame.map(|header| Frame(header.sequence, header.timestamp_us)),
     } {
-        fn __repr__(&self) -> String {
+        fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
             let fused = self.fused.clone().or(self.rejection.as_ref().map(Py::to_string));
             let mut words = vec![format!("{}, {}", self.state, fused.unwrap_or_default())];
             if let (Some(Vector(t)), Some(Sd(sd_r, sd_t))) = (&self.t, &self.sd_lens) {
@@ -160,11 +166,12 @@ data! {
             if let Some(Health { in_use_px: used, proposed_px, .. }) = self.health.as_ref().map(Py::get) {
                 words.push(format!("rows {used:.2} px in use, {proposed_px:.2} px by the estimate"));
             }
-            if !self.reasons.0.is_empty() {
-                words.push(format!("against it: {}", self.reasons.0.join(", ")));
+            let reasons: Vec<String> = self.reasons.extract(py)?;
+            if !reasons.is_empty() {
+                words.push(format!("against it: {}", reasons.join(", ")));
             }
             words.extend(self.cause.as_ref().map(|cause| format!("likely cause: {cause}")));
-            format!("<Result {}>", words.join("; "))
+            Ok(format!("<Result {}>", words.join("; ")))
         }
     }
 }
@@ -184,74 +191,6 @@ pub(crate) fn name(of: &impl Debug) -> String {
 /// The exception of an error, not raised.
 fn exception<E: CoreError>(py: Python<'_>, why: E) -> Py<PyAny> {
     raised("")(why).into_value(py).into_any()
-}
-
-impl Result {
-    pub(crate) fn new(py: Python<'_>, outcome: &Outcome) -> PyResult<Self> {
-        let Outcome { matches: [offered, taken, refused], ref report, ref proposal, .. } = *outcome;
-        let Outcome { ref health, state, generation, fused, .. } = *outcome;
-        let estimate = proposal.as_ref().map(|proposal| pose(&in_f64(&proposal.extrinsics)));
-        let (R, t) = estimate.unzip();
-        let reasons = health.as_ref().map_or(Reasons::default(), |health| health.reasons);
-        let health = health.as_ref().zip(proposal.as_ref());
-        let health = health.map(|(health, proposal)| Health::new(health, proposal));
-        Ok(Self {
-            R,
-            t,
-            state: name(&state),
-            health: health.map(|health| Py::new(py, health)).transpose()?,
-            reasons: Words(reasons.iter().map(|reason| name(&reason)).collect()),
-            cause: outcome.cause.map(|cause| cause.to_string()),
-            sd: proposal.as_ref().map(|proposal| proposal.sd.into()),
-            sd_lens: proposal.as_ref().map(|proposal| proposal.sd_lens.into()),
-            fused: fused.ok().as_ref().map(name),
-            rejection: fused.err().map(|why| exception(py, why)),
-            pair: report.as_ref().map(|report| Py::new(py, Pair::new(report))).transpose()?,
-            motion: outcome.motion.map(|motion| match motion {
-                Ok(witnessed) => PyString::new(py, &name(&witnessed)).into(),
-                Err(why) => exception(py, why),
-            }),
-            pairs: proposal.as_ref().map_or(0, |proposal| proposal.pairs),
-            offered,
-            taken,
-            refused,
-            generation,
-            frame: outcome.frame.map(|header| Frame(header.sequence, header.timestamp_us)),
-        })
-    }
-}
-
-impl Health {
-    /// * `proposal`: has some of the numbers.
-    pub(crate) fn new(of: &CoreHealth<f32>, proposal: &Proposal<f32>) -> Self {
-        Self {
-            may_arm: of.may_arm(),
-            band: name(&of.band),
-            in_use_px: of.in_use_px,
-            proposed_px: of.proposed_px,
-            off_px: of.off_px,
-            fit_in_use: of.fit_in_use,
-            fit_proposed: of.fit_proposed,
-            coverage: of.coverage,
-            corner_px: of.corner_px,
-            contradicting_ranges: of.contradicting_ranges,
-            contradicting_motions: of.contradicting_motions,
-            lens_yaw: proposal.lens_yaw.into(),
-            lens: proposal.lens.as_ref().map(Lens::new),
-            weakest: proposal.weakest().map(|(direction, sd)| (name(&direction), sd)),
-            yaw: of.yaw,
-            vibration: Sd(proposal.vibration.rotation, proposal.vibration.baseline),
-        }
-    }
-}
-
-impl Pair {
-    fn new(of: &PairReport<f32>) -> Self {
-        let PairReport { rms_px_before, rms_px_after, noise_px, usable, skipped, passes, .. } = *of;
-        let (R, t) = pose(&in_f64(&of.extrinsics));
-        let (fit, stop) = (of.screened, name(&of.stop));
-        Self { R, t, rms_px_before, rms_px_after, noise_px, usable, fit, skipped, passes, stop }
-    }
 }
 
 impl Lens {
