@@ -9,7 +9,7 @@ use super::super::fused::{self, SCENES, Scenes};
 use super::super::stats::{after, alarms};
 use super::super::steps::{Found, STEPS};
 use super::super::{CampaignArgs, GARBAGE, What, grids, rigs_on_grids, single};
-use super::{Row, Table, figure, joined, list, outliers};
+use super::{Row, Table, figure, joined, list, outliers, percent};
 
 /// Seeds of the three campaigns of locks.
 const LOCK_SEEDS: [u64; 3] = [9_500_000, 9_700_000, 9_800_000];
@@ -162,8 +162,8 @@ fn single_row(names: &[&str]) -> Result<Vec<String>> {
     let sigma = |part: usize| list(figures.iter().map(|f| f.sigma[part]));
     Ok(vec![
         format!("{}; {}", sigma(0), sigma(1)),
-        joined(figures.iter().map(|f| format!("{:.1} %", 100.0 * f.within))),
-        joined(figures.iter().map(|f| format!("{:.1} %", 100.0 * f.none))),
+        percent(figures.iter().map(|f| f.within), 1),
+        percent(figures.iter().map(|f| f.none), 1),
         format!(
             "{}; {}",
             joined(figures.iter().map(|f| format!("{:.1}", f.passes[0]))),

@@ -139,9 +139,12 @@ fn joined(texts: impl IntoIterator<Item = String>) -> String {
     }
 }
 
-/// Whole per cent.
-fn percent(share: f64) -> String {
-    if share.is_nan() { "-".into() } else { format!("{:.0} %", 100.0 * share) }
+/// Shares of several cases in per cent.
+fn percent(shares: impl IntoIterator<Item = f64>, decimals: usize) -> String {
+    let text = |share: f64| {
+        if share.is_nan() { "-".into() } else { format!("{:.decimals$}", 100.0 * share) }
+    };
+    format!("{} %", joined(shares.into_iter().map(text)))
 }
 
 /// `10, 30 % outliers`.

@@ -249,7 +249,7 @@ fn in_sd(cases: &[Vec<Figures>]) -> String {
 }
 
 fn lens_cells(cases: &[Vec<Figures>]) -> Vec<String> {
-    let armed = |at: usize| joined(last(cases).map(|f| percent(f.armed[at])));
+    let armed = |at: usize| percent(last(cases).map(|f| f.armed[at]), 0);
     vec![
         list(last(cases).map(|f| f.e_t[0])),
         list(last(cases).map(|f| f.e_t[1])),
