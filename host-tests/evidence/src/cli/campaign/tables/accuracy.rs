@@ -90,7 +90,7 @@ pub(super) fn tables() -> Vec<Table> {
                 "NEES",
                 "all locked by pair",
                 "locked pairs beyond 5 sd",
-                "passes: locked; before, at most",
+                "passes: locked; before; at most",
             ],
             rows: SCENES.map(|scenes| Row::new(label(&scenes), move || fused_row(scenes))).into(),
             quick: Some(4),
@@ -202,7 +202,7 @@ fn fused_row(scenes: Scenes) -> Result<Vec<String>> {
         joined(all.iter().map(locked)),
         joined(all.iter().map(|f| f.beyond[1].to_string())),
         format!(
-            "{}; {}, {}",
+            "{}; {}; {}",
             list(passes(0, 0)),
             list(passes(1, 0)),
             passes(1, 1).fold(0.0, f64::max)
