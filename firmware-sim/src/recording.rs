@@ -56,7 +56,7 @@ pub fn truth() -> Result<Extrinsics<f32>, ExtrinsicsError> {
     Extrinsics::try_new(&columns.into(), &generated::T.map(f32::lit).into())
 }
 
-/// A simulated bus that replays frames. A reference is the SPI device and the data-ready line.
+/// A simulated bus that replays frames. A reference to it serves as the SPI device and as the data-ready line.
 #[derive(Debug)]
 pub struct ReplayBus {
     rest: Cell<&'static [u8]>,

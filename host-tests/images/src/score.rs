@@ -23,7 +23,7 @@ const COVERED: usize = 3;
 /// Parts of an image, across and down, that count separately if there are few pairs.
 const PARTS: usize = 3;
 
-/// Number of pairs from which each pair is one observation; with fewer, each part of each pair is one.
+/// With at least this many pairs each pair is one observation; with fewer each part of a pair is one.
 const PAIRS: usize = 5;
 
 /// Quantiles of Student's t for 95 %, by degrees of freedom from 1.

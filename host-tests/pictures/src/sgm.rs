@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::grey::Grey;
 
-/// Census window, half of it, px.
+/// Half the width of the census window, px.
 const REACH: isize = 3;
 
 /// Cost if one of the two pixels is unseen, and expected cost of random census bits: half of the 48 bits.

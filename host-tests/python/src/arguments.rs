@@ -1,12 +1,15 @@
 //! Arrays of numpy as checked numbers. Every error names the argument, its shape and the value.
 
+use std::convert::Infallible;
+
+use host_tests::data::rows;
 use numpy::ndarray::aview2;
 use numpy::{
     Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
     ToPyArray,
 };
 use pyo3::prelude::*;
-use stereo_selfcal::Correspondence;
+use stereo_selfcal::{Correspondence, Extrinsics};
 
 use crate::errors::{value, wrong_type};
 
@@ -100,20 +103,17 @@ pub(crate) fn matches(
     let (left, right) = (Floats::of(names[0], left)?, Floats::of(names[1], right)?);
     let (left, right) = (left.some_points(names[0])?, right.some_points(names[1])?);
     same_length(names[1], right.len(), left.len())?;
-    let score = match score.filter(|score| !score.is_none()) {
-        Some(given) => scores(given, left.len())?,
-        None => vec![1.0; left.len()],
+    let score = score.filter(|score| !score.is_none());
+    let score = score.map(|given| scores(given, left.len())).transpose()?;
+    let narrow = |pixel: &[f64; 2]| pixel.map(|x| x as f32);
+    let all = left.iter().zip(right).enumerate();
+    let correspondence = |(i, (left, right)): (usize, (&[f64; 2], &[f64; 2]))| Correspondence {
+        left: narrow(left),
+        right: narrow(right),
+        score: score.as_ref().map_or(1.0, |score| score[i] as f32),
+        grid_step: grid_step as f32,
     };
-    let narrow = |pixel: [f64; 2]| pixel.map(|x| x as f32);
-    let all = left.iter().zip(right).zip(score);
-    Ok(all
-        .map(|((left, right), score)| Correspondence {
-            left: narrow(*left),
-            right: narrow(*right),
-            score: score as f32,
-            grid_step: grid_step as f32,
-        })
-        .collect())
+    Ok(all.map(correspondence).collect())
 }
 
 fn scores(given: &Bound<'_, PyAny>, rows: usize) -> PyResult<Vec<f64>> {
@@ -155,20 +155,35 @@ pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>>
     }
 }
 
-/// Points as a new array, (n, 2).
-pub(crate) fn to_points<'py>(py: Python<'py>, rows: &[[f64; 2]]) -> Bound<'py, PyArray2<f64>> {
-    aview2(rows).to_pyarray(py)
+/// Defines plain data that is read as a new array of numpy.
+macro_rules! arrays {
+    ($($(#[$doc:meta])* $name:ident($data:ty)$(<$($size:ident),+>)?, $array:ty, $make:expr;)+) => {$(
+        $(#[$doc])*
+        #[derive(Debug, Clone, FromPyObject)]
+        pub(crate) struct $name$(<$(const $size: usize),+>)?(pub(crate) $data);
+
+        impl<'py$($(, const $size: usize)+)?> IntoPyObject<'py> for $name$(<$($size),+>)? {
+            type Target = $array;
+            type Output = Bound<'py, $array>;
+            type Error = Infallible;
+
+            fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Infallible> {
+                let make: fn(Python<'py>, &$data) -> Self::Output = $make;
+                Ok(make(py, &self.0))
+            }
+        }
+    )+};
+}
+arrays! {
+    /// A matrix.
+    Matrix([[f64; C]; R])<R, C>, PyArray2<f64>, |py, rows| aview2(rows).to_pyarray(py);
+    /// Points, (n, 2).
+    Points(Vec<[f64; 2]>), PyArray2<f64>, |py, rows| aview2(rows).to_pyarray(py);
+    /// A vector.
+    Vector(Vec<f64>), PyArray1<f64>, |py, numbers| PyArray1::from_slice(py, numbers);
 }
 
-/// A matrix as a new array.
-pub(crate) fn to_matrix<'py, const R: usize, const C: usize>(
-    py: Python<'py>,
-    rows: &[[f64; C]; R],
-) -> Bound<'py, PyArray2<f64>> {
-    aview2(rows).to_pyarray(py)
-}
-
-/// A vector as a new array.
-pub(crate) fn to_vector<'py>(py: Python<'py>, numbers: &[f64]) -> Bound<'py, PyArray1<f64>> {
-    PyArray1::from_slice(py, numbers)
+/// `R` and `t` of extrinsics.
+pub(crate) fn pose(of: &Extrinsics<f64>) -> (Matrix<3, 3>, Vector) {
+    (Matrix(rows(of.rotation().matrix())), Vector(of.translation().as_slice().to_vec()))
 }

@@ -12,7 +12,7 @@ use stereo_selfcal::{
     Calibration as CoreCalibration, Camera as CoreCamera, Correspondence, FactoryCalibration,
 };
 
-use crate::arguments::{points, same_length, to_matrix, to_vector};
+use crate::arguments::{Matrix, Vector, points, pose, same_length};
 use crate::camera::{Camera, converted};
 use crate::errors::{raised, value};
 use crate::pool::install;
@@ -32,9 +32,8 @@ pub(crate) struct Calibration {
     of: CoreCalibration<f32>,
 }
 
-type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 /// `R1, R2, P1, P2, Q`.
-type Rectified<'py> = (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>);
+type Rectified = (Matrix<3, 3>, Matrix<3, 3>, Matrix<3, 4>, Matrix<3, 4>, Matrix<4, 4>);
 type Map<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>);
 
 /// A common camera for both rectified views, and the rotations to it.
@@ -47,13 +46,13 @@ struct Rectification {
 #[pymethods]
 impl Calibration {
     #[getter(R)]
-    fn r<'py>(&self, py: Python<'py>) -> Matrix<'py> {
-        to_matrix(py, &rows(in_f64(&self.of.extrinsics).rotation().matrix()))
+    fn r(&self) -> Matrix<3, 3> {
+        pose(&in_f64(&self.of.extrinsics)).0
     }
 
     #[getter]
-    fn t<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        to_vector(py, in_f64(&self.of.extrinsics).translation().as_slice())
+    fn t(&self) -> Vector {
+        pose(&in_f64(&self.of.extrinsics)).1
     }
 
     #[getter]
@@ -72,15 +71,14 @@ impl Calibration {
     }
 
     #[pyo3(signature = (alpha=0.0, size=None))]
-    fn homographies<'py>(
+    fn homographies(
         &self,
-        py: Python<'py>,
         alpha: f64,
         size: Option<(u16, u16)>,
-    ) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
+    ) -> PyResult<(Matrix<3, 3>, Matrix<3, 3>)> {
         let rectified = self.rectified(alpha, size)?;
         let both = rectified.camera.homographies(&self.of.cameras, &rectified.rotations);
-        Ok(both.map(|h| to_matrix(py, &rows(&h.map(f64::from)))).into())
+        Ok(both.map(|h| Matrix(rows(&h.map(f64::from)))).into())
     }
 
     #[pyo3(signature = (size=None, alpha=0.0))]
@@ -103,12 +101,7 @@ impl Calibration {
     }
 
     #[pyo3(signature = (alpha=0.0, size=None))]
-    fn stereo_rectify<'py>(
-        &self,
-        py: Python<'py>,
-        alpha: f64,
-        size: Option<(u16, u16)>,
-    ) -> PyResult<Rectified<'py>> {
+    fn stereo_rectify(&self, alpha: f64, size: Option<(u16, u16)>) -> PyResult<Rectified> {
         let Rectification { rotations, camera, .. } = self.rectified(alpha, size)?;
         let (f, [cx, cy]) = (f64::from(camera.focal), camera.principal.map(f64::from));
         let baseline = self.rig.baseline_m.unwrap_or(1.0);
@@ -119,17 +112,16 @@ impl Calibration {
             [0.0, 0.0, 0.0, f],
             [0.0, 0.0, 1.0 / baseline, 0.0],
         ];
-        let rotation = |r: &Rotation3<f32>| to_matrix(py, &rows(&r.matrix().map(f64::from)));
+        let rotation = |r: &Rotation3<f32>| Matrix(rows(&r.matrix().map(f64::from)));
         let [r1, r2] = [rotations.left(), rotations.right()].map(rotation);
-        Ok((r1, r2, to_matrix(py, &p(0.0)), to_matrix(py, &p(-f * baseline)), to_matrix(py, &q)))
+        Ok((r1, r2, Matrix(p(0.0)), Matrix(p(-f * baseline)), Matrix(q)))
     }
 
-    fn row_offsets<'py>(
+    fn row_offsets(
         &self,
-        py: Python<'py>,
-        uv_left: &Bound<'py, PyAny>,
-        uv_right: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        uv_left: &Bound<'_, PyAny>,
+        uv_right: &Bound<'_, PyAny>,
+    ) -> PyResult<Vector> {
         let left = points("uv_left", uv_left)?;
         let right = points("uv_right", uv_right)?;
         same_length("uv_right", right.len(), left.len())?;
@@ -141,9 +133,8 @@ impl Calibration {
             let rays = self.of.cameras.rays(&pair).ok()?;
             Some(f64::from(row_offset(&rotations, &rays)? * focal))
         };
-        let offsets: Vec<f64> =
-            left.into_iter().zip(right).map(|pair| offset(pair).unwrap_or(f64::NAN)).collect();
-        Ok(PyArray1::from_vec(py, offsets))
+        let all = left.into_iter().zip(right);
+        Ok(Vector(all.map(|pair| offset(pair).unwrap_or(f64::NAN)).collect()))
     }
 
     fn __repr__(&self) -> String {

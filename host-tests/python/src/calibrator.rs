@@ -10,7 +10,7 @@ use crate::arguments::{POINTS, matches, same_length};
 use crate::calibration::Calibration;
 use crate::engine::{Engine, Settings, each};
 use crate::errors::{busy, raised, value};
-use crate::outcome::{health, name, result};
+use crate::outcome::{Health, Result, name};
 use crate::rig::Rig;
 
 /// The calibrator of one rig.
@@ -18,6 +18,13 @@ use crate::rig::Rig;
 pub(crate) struct Calibrator {
     settings: Settings,
     engine: Mutex<Engine>,
+}
+
+/// Calls the core for a calibrator of any capacity.
+macro_rules! call {
+    ($calibrator:expr, $py:expr, $held:ident => $call:expr) => {
+        $calibrator.with($py, |engine| each!(engine, $held => $call))?
+    };
 }
 
 /// Arrays of a tracked pair: left and right points.
@@ -41,29 +48,27 @@ impl Calibrator {
     }
 
     #[pyo3(signature = (uv_left, uv_right, score=None, *, grid_step=0.0))]
-    fn fuse<'py>(
+    fn fuse(
         &self,
-        py: Python<'py>,
-        uv_left: &Bound<'py, PyAny>,
-        uv_right: &Bound<'py, PyAny>,
-        score: Option<&Bound<'py, PyAny>>,
+        py: Python<'_>,
+        uv_left: &Bound<'_, PyAny>,
+        uv_right: &Bound<'_, PyAny>,
+        score: Option<&Bound<'_, PyAny>>,
         grid_step: f64,
-    ) -> PyResult<Bound<'py, PyAny>> {
+    ) -> PyResult<Result> {
         let pair = matches(POINTS, uv_left, uv_right, score, grid_step)?;
-        let outcome = self.with(py, |engine| each!(engine, held => held.fuse(&pair)))?;
-        result(py, &outcome.map_err(raised("uv_left, uv_right"))?)
+        let outcome = call!(self, py, held => held.fuse(&pair));
+        Result::new(py, &outcome.map_err(raised("uv_left, uv_right"))?)
     }
 
-    fn feed_frames<'py>(&self, py: Python<'py>, data: &[u8]) -> PyResult<Vec<Bound<'py, PyAny>>> {
-        let outcomes = self
-            .with(py, |engine| each!(engine, held => held.feed(data)))?
-            .map_err(raised("data"))?;
-        outcomes.iter().map(|outcome| result(py, outcome)).collect()
+    fn feed_frames(&self, py: Python<'_>, data: &[u8]) -> PyResult<Vec<Result>> {
+        let outcomes = call!(self, py, held => held.feed(data)).map_err(raised("data"))?;
+        outcomes.iter().map(|outcome| Result::new(py, outcome)).collect()
     }
 
     #[getter]
     fn link<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let c = self.with(py, |engine| each!(engine, held => *held.decoder.counters()))?;
+        let c = call!(self, py, held => *held.decoder.counters());
         let named = PyDict::new(py);
         for (name, count) in [
             ("good", c.good),
@@ -101,8 +106,7 @@ impl Calibrator {
         let single = |pixel: [f64; 2]| pixel.map(|x| x as f32);
         let (pixel, right) = (single(pixel), right.map(single));
         let reading = RangeReading { pixel, right, range, sd_m: sd_m as f32 };
-        let witnessed =
-            self.with(py, |engine| each!(engine, held => held.calibrator.push_range(&reading)))?;
+        let witnessed = call!(self, py, held => held.calibrator.push_range(&reading));
         Ok(name(&witnessed.map_err(raised("range"))?))
     }
 
@@ -113,62 +117,54 @@ impl Calibrator {
         let after = views(["after[0]", "after[1]"], &after)?;
         same_length("after[0]", after.len(), before.len())?;
         let tracked: Vec<_> = before.into_iter().zip(after).map(<[_; 2]>::from).collect();
-        let witnessed =
-            self.with(py, |engine| each!(engine, held => held.push_motion(&tracked)))?;
+        let witnessed = call!(self, py, held => held.push_motion(&tracked));
         Ok(name(&witnessed.map_err(raised("before, after"))?))
     }
 
     fn apply(&self, py: Python<'_>) -> PyResult<Calibration> {
-        let applied = self
-            .with(py, |engine| each!(engine, held => held.calibrator.apply()))?
-            .map_err(raised(""))?;
+        let applied = call!(self, py, held => held.calibrator.apply()).map_err(raised(""))?;
         Ok(Calibration::new(&self.settings.rig, applied))
     }
 
     fn undo(&self, py: Python<'_>) -> PyResult<Calibration> {
-        let undone = self
-            .with(py, |engine| each!(engine, held => held.calibrator.undo()))?
-            .map_err(raised(""))?;
+        let undone = call!(self, py, held => held.calibrator.undo()).map_err(raised(""))?;
         Ok(Calibration::new(&self.settings.rig, undone))
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
-        self.with(py, |engine| each!(engine, held => held.calibrator.reset()))
+        Ok(call!(self, py, held => held.calibrator.reset()))
     }
 
-    fn health<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
-        let found = self.with(
-            py,
-            |engine| each!(engine, held => (held.calibrator.health(), held.calibrator.proposal())),
-        )?;
-        let (Ok(found), Some(proposal)) = found else { return Ok(None) };
-        health(py, &found, &proposal).map(Some)
+    fn health(&self, py: Python<'_>) -> PyResult<Option<Health>> {
+        let found = call!(self, py, held => (held.calibrator.health(), held.calibrator.proposal()));
+        let (Ok(health), Some(proposal)) = found else { return Ok(None) };
+        Health::new(&health, &proposal).map(Some)
     }
 
     #[getter]
     fn in_use(&self, py: Python<'_>) -> PyResult<Calibration> {
-        let in_use = self.with(py, |engine| each!(engine, held => held.calibrator.in_use()))?;
+        let in_use = call!(self, py, held => held.calibrator.in_use());
         Ok(Calibration::new(&self.settings.rig, in_use))
     }
 
     #[getter]
     fn state(&self, py: Python<'_>) -> PyResult<String> {
-        Ok(self.with(py, |engine| each!(engine, held => held.calibrator.state()))?.to_string())
+        Ok(call!(self, py, held => held.calibrator.state()).to_string())
     }
 
     #[getter]
     fn generation(&self, py: Python<'_>) -> PyResult<u32> {
-        self.with(py, |engine| each!(engine, held => held.calibrator.in_use().generation))
+        Ok(call!(self, py, held => held.calibrator.in_use().generation))
     }
 
     #[getter]
     fn frozen(&self, py: Python<'_>) -> PyResult<bool> {
-        self.with(py, |engine| each!(engine, held => held.is_frozen()))
+        Ok(call!(self, py, held => held.is_frozen()))
     }
 
     #[setter]
     fn set_frozen(&self, py: Python<'_>, frozen: bool) -> PyResult<()> {
-        self.with(py, |engine| each!(engine, held => held.calibrator.set_frozen(frozen)))
+        Ok(call!(self, py, held => held.calibrator.set_frozen(frozen)))
     }
 
     #[getter]
@@ -182,12 +178,11 @@ impl Calibrator {
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let record = self.with(py, |engine| each!(engine, held => held.calibrator.snapshot()))?;
-        Ok(PyBytes::new(py, &record))
+        Ok(PyBytes::new(py, &call!(self, py, held => held.calibrator.snapshot())))
     }
 
     fn load(&self, py: Python<'_>, record: &[u8]) -> PyResult<()> {
-        self.with(py, |engine| each!(engine, held => held.load(record)))?.map_err(raised("record"))
+        call!(self, py, held => held.load(record)).map_err(raised("record"))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {

@@ -1,12 +1,11 @@
 //! `Camera`: intrinsics and lens in OpenCV's conventions.
 
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use stereo_selfcal::geometry::{Fisheye, RadialTangential, Rational};
 use stereo_selfcal::{Camera as CoreCamera, Intrinsics, Lens, Scalar};
 
-use crate::arguments::{matrix, points, to_matrix, to_points, to_vector, vector};
+use crate::arguments::{Matrix, Points, Vector, matrix, points, vector};
 use crate::errors::{raised, value};
 
 /// A calibrated camera.
@@ -71,13 +70,13 @@ impl Camera {
     }
 
     #[getter(K)]
-    fn k<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray2<f64>> {
-        to_matrix(py, &self.rows())
+    fn k(&self) -> Matrix<3, 3> {
+        Matrix(self.rows())
     }
 
     #[getter]
-    fn dist<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        to_vector(py, &self.coefficients())
+    fn dist(&self) -> Vector {
+        Vector(self.coefficients())
     }
 
     #[getter]
@@ -95,24 +94,14 @@ impl Camera {
         }
     }
 
-    fn rays<'py>(
-        &self,
-        py: Python<'py>,
-        uv: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn rays(&self, uv: &Bound<'_, PyAny>) -> PyResult<Points> {
         let ray = |pixel| self.0.ray(pixel).map_or([f64::NAN; 2], Into::into);
-        let rays: Vec<[f64; 2]> = points("uv", uv)?.into_iter().map(ray).collect();
-        Ok(to_points(py, &rays))
+        Ok(Points(points("uv", uv)?.into_iter().map(ray).collect()))
     }
 
-    fn pixels<'py>(
-        &self,
-        py: Python<'py>,
-        rays: &Bound<'py, PyAny>,
-    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn pixels(&self, rays: &Bound<'_, PyAny>) -> PyResult<Points> {
         let pixel = |ray: [f64; 2]| self.0.pixel(ray.into()).unwrap_or([f64::NAN; 2]);
-        let pixels: Vec<[f64; 2]> = points("rays", rays)?.into_iter().map(pixel).collect();
-        Ok(to_points(py, &pixels))
+        Ok(Points(points("rays", rays)?.into_iter().map(pixel).collect()))
     }
 
     pub(crate) fn __repr__(&self) -> String {
@@ -124,16 +113,16 @@ impl Camera {
         )
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Arguments<'py>)> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Arguments)> {
         let class = py.get_type::<Self>();
         let is_fisheye = matches!(self.0.lens(), Lens::Fisheye(_));
         let make = class.getattr(if is_fisheye { "from_fisheye" } else { "from_opencv" })?;
-        Ok((make, (self.k(py), self.dist(py), self.size())))
+        Ok((make, (self.k(), self.dist(), self.size())))
     }
 }
 
 /// Arguments of the constructors.
-type Arguments<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>, (u16, u16));
+type Arguments = (Matrix<3, 3>, Vector, (u16, u16));
 
 impl Camera {
     fn of(k: [[f64; 3]; 3], lens: Lens<f64>, size: Option<(u32, u32)>) -> PyResult<Self> {

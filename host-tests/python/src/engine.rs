@@ -3,8 +3,8 @@
 use pyo3::exceptions::PyOverflowError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use stereo_selfcal::depth::{MotionError, Witnessed};
-use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal};
+use stereo_selfcal::depth::{MotionError, Tracks, Witnessed};
+use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, Tracking};
 use stereo_selfcal::{
     ApplyError, Calibrator, Cameras, Cause, Config, Correspondence, FactoryCalibration, Fused,
     Health, LensTracking, NoHealth, PairReport, Proposal, Rejection, RestoreError, State,
@@ -32,6 +32,8 @@ pub(crate) struct Outcome {
     pub(crate) matches: [usize; 3],
     pub(crate) report: Option<PairReport<f32>>,
     pub(crate) fused: Result<Fused, Rejection>,
+    /// Effect of the tracks that the frame shares with an earlier one; `None` if it shares none.
+    pub(crate) motion: Option<Result<Witnessed, MotionError>>,
     pub(crate) proposal: Option<Proposal<f32>>,
     pub(crate) health: Option<Health<f32>>,
     pub(crate) cause: Option<Cause>,
@@ -50,11 +52,24 @@ impl Settings {
             "paper" => Config::paper(),
             other => return Err(value(format!("preset: 'robust' or 'paper', not {other:?}"))),
         };
+        let mut motion = false;
         for (name, given) in self.options.bind(py).iter() {
-            config = with_option(config, name.extract()?, &given)?;
+            match name.extract()? {
+                "motion" => {
+                    motion = given.extract().map_err(|why| wrong("motion", &given, &why))?;
+                }
+                name => config = with_option(config, name, &given)?,
+            }
         }
-        Engine::new(self.capacity, config, &self.rig.made()?)
+        Engine::new(self.capacity, config, &self.rig.made()?, motion)
     }
+}
+
+/// An argument that is of another type, or out of the range of its type.
+fn wrong(name: &str, given: &Bound<'_, PyAny>, why: &PyErr) -> PyErr {
+    let text = format!("{name}: {given}: {}", why.value(given.py()));
+    let is_number = why.is_instance_of::<PyOverflowError>(given.py());
+    if is_number { value(text) } else { wrong_type(text) }
 }
 
 /// The configuration changed by an argument of `Calibrator`.
@@ -62,14 +77,7 @@ fn with_option(config: Config, name: &str, given: &Bound<'_, PyAny>) -> PyResult
     if given.is_none() {
         return Ok(config);
     }
-    let wrong = |why: PyErr| {
-        let text = format!("{name}: {given}: {}", why.value(given.py()));
-        if why.is_instance_of::<PyOverflowError>(given.py()) {
-            value(text)
-        } else {
-            wrong_type(text)
-        }
-    };
+    let wrong = |why: PyErr| wrong(name, given, &why);
     let number = || given.extract::<f64>().map(|x| x as f32).map_err(wrong);
     match name {
         "lens" => match given.extract().map_err(wrong)? {
@@ -94,6 +102,8 @@ pub(crate) struct Held<const N: usize> {
     cameras: Cameras<f32>,
     before: Box<Calibrator<f32, N>>,
     pub(crate) decoder: Decoder,
+    /// Tracks of the frames, if they are to tell motion.
+    tracks: Option<Box<Tracks<f32, N>>>,
 }
 
 /// Defines the capacities.
@@ -110,9 +120,10 @@ macro_rules! capacities {
                 capacity: usize,
                 config: Config,
                 made: &FactoryCalibration<f32>,
+                motion: bool,
             ) -> PyResult<Self> {
                 match capacity {
-                    $($capacity => Ok(Self::$name(Held::new(config, made))),)+
+                    $($capacity => Ok(Self::$name(Held::new(config, made, motion))),)+
                     _ => Err(value(format!("capacity: one of {:?}, not {capacity}", [$($capacity),+]))),
                 }
             }
@@ -137,10 +148,10 @@ macro_rules! each {
 pub(crate) use each;
 
 impl<const N: usize> Held<N> {
-    fn new(config: Config, made: &FactoryCalibration<f32>) -> Self {
+    fn new(config: Config, made: &FactoryCalibration<f32>, motion: bool) -> Self {
         let calibrator = Box::new(Calibrator::new(config, made));
-        let before = calibrator.clone();
-        Self { calibrator, cameras: made.cameras, before, decoder: Decoder::new() }
+        let (cameras, before, decoder) = (made.cameras, calibrator.clone(), Decoder::new());
+        Self { calibrator, cameras, before, decoder, tracks: motion.then(Box::default) }
     }
 
     fn keep(&mut self) {
@@ -166,12 +177,16 @@ impl<const N: usize> Held<N> {
         let refused = batch.refused().try_into().unwrap_or(usize::MAX);
         let matches = [offered, batch.pairs().len(), refused];
         let solved = calibrator.solve_pair();
+        let tracks = self.tracks.as_deref_mut();
+        let tracks = tracks.filter(|tracks| frame.is_some() && !tracks.quads().is_empty());
+        let motion = tracks.map(|tracks| calibrator.push_tracks(tracks));
         let health = calibrator.health();
         Outcome {
             frame,
             matches,
             report: solved.pair,
             fused: solved.fused,
+            motion,
             proposal: calibrator.proposal(),
             cause: health.as_ref().map_or_else(NoHealth::cause, |health| health.cause),
             health: health.ok(),
@@ -211,10 +226,12 @@ impl<const N: usize> Held<N> {
     /// A frame of other images; the state is unchanged.
     pub(crate) fn feed(&mut self, mut bytes: &[u8]) -> Result<Vec<Outcome>, FrameRefusal> {
         self.keep();
-        let decoder = self.decoder.clone();
+        let before = (self.decoder.clone(), self.tracks.clone());
         let mut outcomes = Vec::new();
         loop {
-            match self.decoder.feed(&mut bytes, &mut *self.calibrator) {
+            let tracks = self.tracks.as_deref_mut();
+            let mut sink = Tracking { calibrator: &mut *self.calibrator, tracks };
+            match self.decoder.feed(&mut bytes, &mut sink) {
                 Ok(None) => return Ok(outcomes),
                 Ok(Some(received)) => {
                     let header = received.header;
@@ -222,7 +239,7 @@ impl<const N: usize> Held<N> {
                 }
                 Err(why) => {
                     self.back();
-                    self.decoder = decoder;
+                    (self.decoder, self.tracks) = before;
                     return Err(why);
                 }
             }

@@ -54,50 +54,30 @@ impl CoreError for Rejection {
     }
 }
 
-/// The exception of an error.
-pub(crate) fn exception<'py>(
-    py: Python<'py>,
-    why: &dyn CoreError,
-    message: &str,
-) -> PyResult<Bound<'py, PyAny>> {
-    // `TooFew { usable: 3, needed: 12 }`: the name is the first word.
-    let variant = format!("{why:?}");
-    let kind = variant.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
-    made(py, why.class(), message, kind, why.number())
-}
-
-fn made<'py>(
-    py: Python<'py>,
-    class: &str,
-    message: &str,
-    kind: &str,
-    number: u16,
-) -> PyResult<Bound<'py, PyAny>> {
-    py.import("stereo_selfcal._errors")?.getattr(class)?.call1((message, kind, number))
+/// An exception of `stereo_selfcal._errors`.
+fn made(class: &str, message: &str, kind: &str, number: u16) -> PyErr {
+    Python::attach(|py| {
+        let class = py.import("stereo_selfcal._errors").and_then(|module| module.getattr(class));
+        let made = class.and_then(|class| class.call1((message, kind, number)));
+        made.map_or_else(|error| error, PyErr::from_value)
+    })
 }
 
 /// Raises the exception of two threads in one calibrator.
 pub(crate) fn busy() -> PyErr {
     let text =
         "another thread is in a call of this calibrator, or was when this process was forked";
-    Python::attach(|py| {
-        made(py, "BusyError", text, "Busy", 0).map_or_else(|error| error, PyErr::from_value)
-    })
-}
-
-/// The exception of a rejection, not raised.
-pub(crate) fn rejection(py: Python<'_>, why: Rejection) -> PyResult<Bound<'_, PyAny>> {
-    exception(py, &why, &why.to_string())
+    made("BusyError", text, "Busy", 0)
 }
 
 /// Raises an error of the core; names its argument, if any.
 pub(crate) fn raised<E: CoreError>(argument: &str) -> impl Fn(E) -> PyErr {
     move |why| {
         let separator = if argument.is_empty() { "" } else { ": " };
-        let message = format!("{argument}{separator}{why}");
-        Python::attach(|py| {
-            exception(py, &why, &message).map_or_else(|error| error, PyErr::from_value)
-        })
+        // `TooFew { usable: 3, needed: 12 }`: the name is the first word.
+        let variant = format!("{why:?}");
+        let kind = variant.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+        made(why.class(), &format!("{argument}{separator}{why}"), kind, why.number())
     }
 }
 

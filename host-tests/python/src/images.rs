@@ -20,10 +20,13 @@ use selfcal_images::source::{RigOf, Source, Wanted};
 use selfcal_images::verdict::Report;
 use stereo_selfcal::{Cameras, Correspondence};
 
-use crate::arguments::{POINTS, matches, to_points, to_vector};
+use crate::arguments::{POINTS, Points, Vector, matches, same_length};
 use crate::errors::{of_file, value, wrong_type};
 use crate::pool::{install, install_until};
 use crate::rig::Rig;
+
+/// Largest track of a frame: 12 bits.
+const MAX_TRACK: u16 = 4095;
 
 /// Largest difference of the time stamps of a pair, s, as in `selfcal check`.
 const TOLERANCE_S: f64 = 0.005;
@@ -55,18 +58,12 @@ pub(crate) fn match_images<'py>(
             positive + negative
         )));
     }
-    in_arrays(py, &matched)
-}
-
-fn in_arrays<'py>(
-    py: Python<'py>,
-    Matched { matches, .. }: &Matched,
-) -> PyResult<Bound<'py, PyAny>> {
-    let left: Vec<[f64; 2]> = matches.iter().map(|m| [m.ul, m.vl]).collect();
-    let right: Vec<[f64; 2]> = matches.iter().map(|m| [m.ur, m.vr]).collect();
-    let score: Vec<f64> = matches.iter().map(|m| m.score).collect();
+    let Matched { matches, .. } = &matched;
+    let left = Points(matches.iter().map(|m| [m.ul, m.vl]).collect());
+    let right = Points(matches.iter().map(|m| [m.ur, m.vr]).collect());
+    let score = Vector(matches.iter().map(|m| m.score).collect());
     let class = py.import("stereo_selfcal._results")?.getattr("Matches")?;
-    class.call1((to_points(py, &left), to_points(py, &right), to_vector(py, &score)))
+    class.call1((left, right, score))
 }
 
 /// A grey image of numpy, or of a file.
@@ -182,7 +179,7 @@ impl Listener for Silent {
 
 /// Encodes matches as the bytes of a matcher.
 #[pyfunction]
-#[pyo3(signature = (sequence, uv_left, uv_right, score=None, *, size))]
+#[pyo3(signature = (sequence, uv_left, uv_right, score=None, *, size, tracks=None))]
 pub(crate) fn encode_frame<'py>(
     py: Python<'py>,
     sequence: u32,
@@ -190,15 +187,22 @@ pub(crate) fn encode_frame<'py>(
     uv_right: &Bound<'py, PyAny>,
     score: Option<&Bound<'py, PyAny>>,
     size: (u16, u16),
+    tracks: Option<Vec<i64>>,
 ) -> PyResult<Bound<'py, PyBytes>> {
-    let one = |c: Correspondence<f32>| {
+    let pair = matches(POINTS, uv_left, uv_right, score, 0.0)?;
+    let tracks = tracks.unwrap_or_else(|| vec![0; pair.len()]);
+    same_length("tracks", tracks.len(), pair.len())?;
+    let one = |(i, (c, track)): (usize, (&Correspondence<f32>, i64))| {
         let ([ul, vl], [ur, vr]) = (c.left.map(f64::from), c.right.map(f64::from));
-        Match { ul, vl, ur, vr, score: c.score.into(), step: 0.0 }
+        let is_track = |track: &u16| *track <= MAX_TRACK;
+        let sent = u16::try_from(track).ok().filter(is_track);
+        let sent =
+            sent.ok_or_else(|| value(format!("tracks[{i}] = {track} is not within 0 to 4095")));
+        Ok((Match { ul, vl, ur, vr, score: c.score.into(), step: 0.0 }, sent?))
     };
-    let pair: Vec<Match> =
-        matches(POINTS, uv_left, uv_right, score, 0.0)?.into_iter().map(one).collect();
-    let (bytes, left_out) =
-        Sender::new(size.into(), [0.0]).map_err(of_file)?.frame(sequence, &pair);
+    let pair = pair.iter().zip(tracks).enumerate().map(one).collect::<PyResult<Vec<_>>>()?;
+    let sender = Sender::new(size.into(), [0.0]).map_err(of_file)?;
+    let (bytes, left_out) = sender.tracked_frame(sequence, &pair);
     if left_out > 0 {
         return Err(value(format!(
             "uv_left, uv_right: {left_out} of {} matches are out of a frame's range",

@@ -1,8 +1,8 @@
 //! Python package `stereo_selfcal`: the calibrator of the vehicle for numpy.
 //!
-//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` converts the results of a
-//! pair into the plain data of `python/stereo_selfcal/_results.py`; `errors` converts errors into the exceptions of
-//! `_errors.py`. `_native.pyi` has documentation and types of the public API.
+//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` has the results of a pair as
+//! plain data; `errors` converts errors into the exceptions of `python/stereo_selfcal/_errors.py`. `_native.pyi` has
+//! documentation and types of the public API.
 #![allow(
     clippy::cast_possible_truncation,
     reason = "numbers of Python to those of a vehicle, which checks their range"
@@ -35,6 +35,8 @@ mod _native {
     use crate::images::{check, encode_frame, match_images};
     #[pymodule_export]
     use crate::many::solve_pairs;
+    #[pymodule_export]
+    use crate::outcome::{Health, Pair, Result};
     #[pymodule_export]
     use crate::rig::{Rig, read_rig};
 }

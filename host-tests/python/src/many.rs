@@ -8,20 +8,20 @@ use stereo_selfcal::Correspondence;
 use crate::arguments::{POINTS, matches};
 use crate::engine::{Engine, Outcome, Settings, each};
 use crate::errors::value;
-use crate::outcome::result;
+use crate::outcome::Result;
 use crate::pool::install;
 use crate::rig::Rig;
 
 /// Solves each pair alone, from the factory extrinsics.
 #[pyfunction]
 #[pyo3(signature = (rig, pairs, capacity=256, preset="robust"))]
-pub(crate) fn solve_pairs<'py>(
-    py: Python<'py>,
+pub(crate) fn solve_pairs(
+    py: Python<'_>,
     rig: Rig,
-    pairs: &Bound<'py, PyAny>,
+    pairs: &Bound<'_, PyAny>,
     capacity: usize,
     preset: &str,
-) -> PyResult<Vec<Bound<'py, PyAny>>> {
+) -> PyResult<Vec<Result>> {
     let (preset, options) = (preset.to_owned(), PyDict::new(py).unbind());
     let fresh = Settings { rig, capacity, preset, options }.engine(py)?;
     let named = |i: usize| move |why: PyErr| value(format!("pairs[{i}]: {}", why.value(py)));
@@ -31,7 +31,7 @@ pub(crate) fn solve_pairs<'py>(
         let solve = |engine: &mut Engine, pair: &Vec<_>| each!(engine, held => held.alone(pair));
         pairs.par_iter().map_init(|| fresh.clone(), solve).collect()
     })?;
-    outcomes.iter().map(|outcome| result(py, outcome)).collect()
+    outcomes.iter().map(|outcome| Result::new(py, outcome)).collect()
 }
 
 fn read_pair(pair: &Bound<'_, PyAny>) -> PyResult<Vec<Correspondence<f32>>> {

@@ -1,208 +1,219 @@
-//! Results of a pair as the plain data of `stereo_selfcal._results`.
+//! Results of a pair as plain data. An array, a tuple or a dictionary is made when it is read.
 
-use std::fmt::{Debug, Write};
+#![allow(non_snake_case, reason = "the field's symbol")]
 
-use host_tests::data::{in_f64, rows};
-use pyo3::IntoPyObjectExt;
+use std::fmt::Debug;
+
+use host_tests::data::in_f64;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
-use pyo3::types::{PyDict, PyTuple};
-use stereo_selfcal::outcome::{LensEstimate, StandardDeviations};
-use stereo_selfcal::{Extrinsics, Health, PairReport, Proposal, Reasons};
+use pyo3::types::{PyString, PyTuple, PyType};
+use stereo_selfcal::outcome::{self, LensEstimate, StandardDeviations};
+use stereo_selfcal::{Health as CoreHealth, PairReport, Proposal, Reasons};
 
-use crate::arguments::{to_matrix, to_vector};
+use crate::arguments::{Matrix, Vector, pose};
 use crate::engine::Outcome;
-use crate::errors::rejection;
+use crate::errors::{CoreError, raised};
 
-/// Classes of `stereo_selfcal._results`.
-struct Classes {
-    result: Py<PyAny>,
-    health: Py<PyAny>,
-    pair: Py<PyAny>,
-    sd: Py<PyAny>,
-    finding: Py<PyAny>,
-    frame: Py<PyAny>,
-    /// `tuple.__new__`.
-    new_tuple: Py<PyAny>,
+/// Defines tuples that are read as named tuples of `stereo_selfcal._results`.
+macro_rules! named_tuples {
+    ($($name:ident($($field:ident: $type:ty),+);)+) => {$(
+        #[derive(Clone, FromPyObject)]
+        pub(crate) struct $name($($type),+);
+
+        impl<'py> IntoPyObject<'py> for $name {
+            type Target = PyAny;
+            type Output = Bound<'py, PyAny>;
+            type Error = PyErr;
+
+            fn into_pyobject(self, py: Python<'py>) -> PyResult<Self::Output> {
+                static CLASS: PyOnceLock<Py<PyType>> = PyOnceLock::new();
+                let Self($($field),+) = self;
+                CLASS.import(py, "stereo_selfcal._results", stringify!($name))?.call1(($($field),+))
+            }
+        }
+    )+};
+}
+named_tuples! {
+    Sd(rotation: f32, translation: f32);
+    Finding(value: f32, sd: f32);
+    Frame(sequence: u32, timestamp_us: u64);
 }
 
-impl Classes {
-    fn get(py: Python<'_>) -> PyResult<&Self> {
-        static CLASSES: PyOnceLock<Classes> = PyOnceLock::new();
-        CLASSES.get_or_try_init(py, || {
-            let module = py.import("stereo_selfcal._results")?;
-            let class = |name| module.getattr(name).map(Bound::unbind);
-            Ok(Self {
-                result: class("Result")?,
-                health: class("Health")?,
-                pair: class("Pair")?,
-                sd: class("Sd")?,
-                finding: class("Finding")?,
-                frame: class("Frame")?,
-                new_tuple: py.get_type::<PyTuple>().getattr("__new__")?.unbind(),
-            })
-        })
+/// Errors of the lens models, read as a dictionary.
+#[derive(Clone, FromPyObject, IntoPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Lens {
+    focal: Finding,
+    k1: Finding,
+    k1_mean: Finding,
+    p1: Finding,
+    principal_x_px: Finding,
+}
+
+/// Defines classes of plain data: fields with their values. They can be pickled.
+macro_rules! data {
+    ($(
+        $(#[$doc:meta])*
+        $name:ident($($given:ident: $of:ty),+) { $($field:ident: $type:ty = $value:expr,)+ }
+        { $($method:tt)* }
+    )+) => {$(
+        $(#[$doc])*
+        #[pyclass(frozen, get_all, module = "stereo_selfcal")]
+        pub(crate) struct $name { $($field: $type),+ }
+
+        impl $name {
+            #[allow(clippy::unnecessary_wraps, reason = "some have values that can fail")]
+            pub(crate) fn new($($given: $of),+) -> PyResult<Self> {
+                Ok(Self { $($field: $value),+ })
+            }
+        }
+
+        #[pymethods]
+        #[allow(clippy::too_many_arguments, reason = "called by pickle")]
+        impl $name {
+            $($method)*
+
+            #[staticmethod]
+            fn _of($($field: $type),+) -> Self {
+                Self { $($field),+ }
+            }
+
+            fn __reduce__<'py>(
+                of: &Bound<'py, Self>,
+            ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+                let fields = [$(of.getattr(stringify!($field))?),+];
+                Ok((of.getattr("_of")?, PyTuple::new(of.py(), fields)?))
+            }
+        }
+    )+};
+}
+data! {
+    /// One stereo pair, solved.
+    Pair(of: &PairReport<f32>) {
+        R: Matrix<3, 3> = pose(&in_f64(&of.extrinsics)).0,
+        t: Vector = pose(&in_f64(&of.extrinsics)).1,
+        rms_px_before: f32 = of.rms_px_before,
+        rms_px_after: f32 = of.rms_px_after,
+        noise_px: f32 = of.noise_px,
+        usable: u32 = of.usable,
+        fit: u32 = of.screened,
+        skipped: u32 = of.skipped,
+        passes: u16 = of.passes,
+        stop: String = name(&of.stop),
+    } {}
+
+    /// The calibration in use and the estimate, over the matches of the last pair.
+    Health(of: &CoreHealth<f32>, proposal: &Proposal<f32>) {
+        may_arm: bool = of.may_arm(),
+        band: String = name(&of.band),
+        in_use_px: f32 = of.in_use_px,
+        proposed_px: f32 = of.proposed_px,
+        off_px: f32 = of.off_px,
+        fit_in_use: u32 = of.fit_in_use,
+        fit_proposed: u32 = of.fit_proposed,
+        coverage: f32 = of.coverage,
+        corner_px: f32 = of.corner_px,
+        contradicting_ranges: u16 = of.contradicting_ranges,
+        contradicting_motions: u16 = of.contradicting_motions,
+        lens_yaw: Finding = proposal.lens_yaw.into(),
+        lens: Option<Lens> = proposal.lens.as_ref().map(Lens::new),
+        weakest: Option<(String, f32)> =
+            proposal.weakest().map(|(direction, sd)| (name(&direction), sd)),
+        yaw: f32 = of.yaw,
+        vibration: Sd = Sd(proposal.vibration.rotation, proposal.vibration.baseline),
+    } {}
+
+    /// The estimate after a pair.
+    Result(py: Python<'_>, of: &Outcome) {
+        R: Option<Matrix<3, 3>> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).0),
+        t: Option<Vector> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).1),
+        state: String = name(&of.state),
+        health: Option<Py<Health>> = match (&of.health, &of.proposal) {
+            (Some(health), Some(proposal)) => Some(Py::new(py, Health::new(health, proposal)?)?),
+            _ => None,
+        },
+        reasons: Py<PyTuple> = {
+            let reasons = of.health.as_ref().map_or(Reasons::default(), |health| health.reasons);
+            let names: Vec<String> = reasons.iter().map(|reason| name(&reason)).collect();
+            PyTuple::new(py, names)?.unbind()
+        },
+        cause: Option<String> = of.cause.map(|cause| cause.to_string()),
+        sd: Option<Sd> = of.proposal.as_ref().map(|of| of.sd.into()),
+        sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| of.sd_lens.into()),
+        fused: Option<String> = of.fused.ok().as_ref().map(name),
+        rejection: Option<Py<PyAny>> = of.fused.err().map(|why| exception(py, why)),
+        pair: Option<Py<Pair>> =
+            of.report.as_ref().map(|report| Py::new(py, Pair::new(report)?)).transpose()?,
+        motion: Option<Py<PyAny>> = of.motion.map(|motion| match motion {
+            Ok(witnessed) => PyString::new(py, &name(&witnessed)).into(),
+            Err(why) => exception(py, why),
+        }),
+        pairs: u32 = of.proposal.as_ref().map_or(0, |of| of.pairs),
+        offered: usize = of.matches[0],
+        taken: usize = of.matches[1],
+        refused: usize = of.matches[2],
+        generation: u32 = of.generation,
+        frame: Option<Frame> = of.frame.map(|header| Frame(header.sequence, header.timestamp_us)),
+    } {
+        fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+            let fused = self.fused.clone().or(self.rejection.as_ref().map(Py::to_string));
+            let mut words = vec![format!("{}, {}", self.state, fused.unwrap_or_default())];
+            if let (Some(Vector(t)), Some(Sd(sd_r, sd_t))) = (&self.t, &self.sd_lens) {
+                let t: Vec<String> = t.iter().map(|x| format!("{x:.5}")).collect();
+                words.push(format!("t {}, sd {sd_r:.5} and {sd_t:.5} rad", t.join(" ")));
+            }
+            if let Some(Health { in_use_px: used, proposed_px, .. }) = self.health.as_ref().map(Py::get) {
+                words.push(format!("rows {used:.2} px in use, {proposed_px:.2} px by the estimate"));
+            }
+            let reasons: Vec<String> = self.reasons.extract(py)?;
+            if !reasons.is_empty() {
+                words.push(format!("against it: {}", reasons.join(", ")));
+            }
+            words.extend(self.cause.as_ref().map(|cause| format!("likely cause: {cause}")));
+            Ok(format!("<Result {}>", words.join("; ")))
+        }
     }
-}
-
-/// Calls a class with any number of arguments, in the order of its fields.
-macro_rules! made {
-    ($py:expr, $class:expr, $($argument:expr),+ $(,)?) => {{
-        let arguments = [$($argument.into_bound_py_any($py)?),+];
-        $class.bind($py).call1(PyTuple::new($py, arguments)?)
-    }};
 }
 
 /// A name of the core in Python's style: `KeptApart` is `kept_apart`.
 pub(crate) fn name(of: &impl Debug) -> String {
-    let mut name = Name(String::new());
-    // Ends at the first character that is not part of a name.
-    let _ = write!(name, "{of:?}");
-    name.0
-}
-
-struct Name(String);
-
-impl Write for Name {
-    fn write_str(&mut self, text: &str) -> std::fmt::Result {
-        for letter in text.chars() {
-            if !letter.is_alphanumeric() {
-                return Err(std::fmt::Error);
-            }
-            if letter.is_uppercase() && !self.0.is_empty() {
-                self.0.push('_');
-            }
-            self.0.push(letter.to_ascii_lowercase());
+    let mut name = String::with_capacity(24);
+    for letter in format!("{of:?}").chars().take_while(char::is_ascii_alphanumeric) {
+        if letter.is_uppercase() && !name.is_empty() {
+            name.push('_');
         }
-        Ok(())
+        name.push(letter.to_ascii_lowercase());
+    }
+    name
+}
+
+/// The exception of an error, not raised.
+fn exception<E: CoreError>(py: Python<'_>, why: E) -> Py<PyAny> {
+    raised("")(why).into_value(py).into_any()
+}
+
+impl Lens {
+    fn new(of: &LensEstimate<f32>) -> Self {
+        let LensEstimate { focal, k1, k1_mean, p1, principal_x_px, .. } = *of;
+        Self {
+            focal: focal.into(),
+            k1: k1.into(),
+            k1_mean: k1_mean.into(),
+            p1: p1.into(),
+            principal_x_px: principal_x_px.into(),
+        }
     }
 }
 
-/// `Result` of a pair.
-pub(crate) fn result<'py>(py: Python<'py>, outcome: &Outcome) -> PyResult<Bound<'py, PyAny>> {
-    let Outcome { frame, matches: [offered, taken, refused], report, fused, .. } = outcome;
-    let Outcome { proposal, health: checked, cause, state, generation, .. } = outcome;
-    let classes = Classes::get(py)?;
-    let (r, t) = pose(py, proposal.as_ref().map(|proposal| &proposal.extrinsics));
-    let reasons = checked.as_ref().map_or(Reasons::default(), |health| health.reasons);
-    let reasons: Vec<String> = reasons.iter().map(|reason| name(&reason)).collect();
-    let reasons = PyTuple::new(py, reasons)?;
-    let sd = |sd: Option<StandardDeviations<f32>>| {
-        sd.map(|sd| two(py, &classes.sd, (sd.rotation, sd.translation))).transpose()
-    };
-    let frame = frame.map(|header| made!(py, classes.frame, header.sequence, header.timestamp_us));
-    made!(
-        py,
-        classes.result,
-        r,
-        t,
-        name(state),
-        checked
-            .as_ref()
-            .zip(proposal.as_ref())
-            .map(|(checked, proposal)| health(py, checked, proposal))
-            .transpose()?,
-        reasons,
-        cause.map(|cause| cause.to_string()),
-        sd(proposal.as_ref().map(|proposal| proposal.sd))?,
-        sd(proposal.as_ref().map(|proposal| proposal.sd_lens))?,
-        fused.ok().as_ref().map(name),
-        fused.err().map(|why| rejection(py, why)).transpose()?,
-        report.as_ref().map(|report| pair(py, classes, report)).transpose()?,
-        proposal.as_ref().map_or(0, |proposal| proposal.pairs),
-        *offered,
-        *taken,
-        *refused,
-        *generation,
-        frame.transpose()?,
-    )
-}
-
-/// `Health`, with those numbers of the estimate that it needs.
-pub(crate) fn health<'py>(
-    py: Python<'py>,
-    of: &Health<f32>,
-    proposal: &Proposal<f32>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let classes = Classes::get(py)?;
-    made!(
-        py,
-        classes.health,
-        of.may_arm(),
-        name(&of.band),
-        of.in_use_px,
-        of.proposed_px,
-        of.off_px,
-        of.fit_in_use,
-        of.fit_proposed,
-        of.coverage,
-        of.corner_px,
-        of.contradicting_ranges,
-        of.contradicting_motions,
-        two(py, &classes.finding, (proposal.lens_yaw.value, proposal.lens_yaw.sd))?,
-        proposal.lens.as_ref().map(|lens| lens_errors(py, classes, lens)).transpose()?,
-        proposal.weakest().map(|(direction, sd)| (name(&direction), sd)),
-        of.yaw,
-        two(py, &classes.sd, (proposal.vibration.rotation, proposal.vibration.baseline))?,
-    )
-}
-
-fn pair<'py>(
-    py: Python<'py>,
-    classes: &Classes,
-    of: &PairReport<f32>,
-) -> PyResult<Bound<'py, PyAny>> {
-    let (r, t) = pose(py, Some(&of.extrinsics));
-    made!(
-        py,
-        classes.pair,
-        r,
-        t,
-        of.rms_px_before,
-        of.rms_px_after,
-        of.noise_px,
-        of.usable,
-        of.screened,
-        of.skipped,
-        of.passes,
-        name(&of.stop),
-    )
-}
-
-/// `R` and `t`, orthonormal in `f64`.
-fn pose<'py>(
-    py: Python<'py>,
-    of: Option<&Extrinsics<f32>>,
-) -> (Option<Bound<'py, PyAny>>, Option<Bound<'py, PyAny>>) {
-    let Some(extrinsics) = of.map(in_f64) else { return (None, None) };
-    let r = to_matrix(py, &rows(extrinsics.rotation().matrix()));
-    let t = to_vector(py, extrinsics.translation().as_slice());
-    (Some(r.into_any()), Some(t.into_any()))
-}
-
-/// A named tuple of two numbers. Calling its class takes four times as long.
-fn two<'py>(
-    py: Python<'py>,
-    class: &Py<PyAny>,
-    numbers: (f32, f32),
-) -> PyResult<Bound<'py, PyAny>> {
-    Classes::get(py)?.new_tuple.bind(py).call1((class, numbers))
-}
-
-fn lens_errors<'py>(
-    py: Python<'py>,
-    classes: &Classes,
-    of: &LensEstimate<f32>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let named = PyDict::new(py);
-    for (name, found) in [
-        ("focal", of.focal),
-        ("k1", of.k1),
-        ("k1_mean", of.k1_mean),
-        ("p1", of.p1),
-        ("principal_x_px", of.principal_x_px),
-    ] {
-        named.set_item(name, two(py, &classes.finding, (found.value, found.sd))?)?;
+impl From<outcome::Finding<f32>> for Finding {
+    fn from(of: outcome::Finding<f32>) -> Self {
+        Self(of.value, of.sd)
     }
-    Ok(named)
+}
+
+impl From<StandardDeviations<f32>> for Sd {
+    fn from(of: StandardDeviations<f32>) -> Self {
+        Self(of.rotation, of.translation)
+    }
 }

@@ -3,7 +3,6 @@
 use std::path::PathBuf;
 
 use host_tests::data::{LensModel, Meta, WrongSign, in_f64, rows};
-use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyDict, PyType};
 use selfcal_commands::conventions::Unknowns;
@@ -11,7 +10,7 @@ use serde_json::Value;
 use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{Cameras, Extrinsics, FactoryCalibration, Lens, Scalar};
 
-use crate::arguments::{matrix, to_matrix, to_vector, vector};
+use crate::arguments::{Matrix, Vector, matrix, pose, vector};
 use crate::calibration::Calibration;
 use crate::camera::{Camera, converted};
 use crate::errors::{of_file, raised, value};
@@ -20,16 +19,18 @@ use crate::errors::{of_file, raised, value};
 #[pyclass(frozen, eq, from_py_object, module = "stereo_selfcal")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Rig {
+    #[pyo3(get)]
     pub(crate) left: Camera,
+    #[pyo3(get)]
     pub(crate) right: Camera,
     /// `None`: not calibrated; the start is side by side, a guess.
     factory: Option<Extrinsics<f64>>,
+    #[pyo3(get)]
     pub(crate) baseline_m: Option<f64>,
     /// Yaw deviation of the factory extrinsics; `None`: the default of the core; infinite: a guess.
+    #[pyo3(get)]
     yaw_sd_rad: Option<f64>,
 }
-
-type Pose<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray1<f64>>);
 
 #[pymethods]
 impl Rig {
@@ -49,32 +50,8 @@ impl Rig {
     }
 
     #[getter]
-    fn left(&self) -> Camera {
-        self.left.clone()
-    }
-
-    #[getter]
-    fn right(&self) -> Camera {
-        self.right.clone()
-    }
-
-    #[getter]
-    fn factory<'py>(&self, py: Python<'py>) -> Option<Pose<'py>> {
-        let pose = |extrinsics: &Extrinsics<f64>| {
-            let r = to_matrix(py, &rows(extrinsics.rotation().matrix()));
-            (r, to_vector(py, extrinsics.translation().as_slice()))
-        };
+    fn factory(&self) -> Option<(Matrix<3, 3>, Vector)> {
         self.factory.as_ref().map(pose)
-    }
-
-    #[getter]
-    fn baseline_m(&self) -> Option<f64> {
-        self.baseline_m
-    }
-
-    #[getter]
-    fn yaw_sd_rad(&self) -> Option<f64> {
-        self.yaw_sd_rad
     }
 
     fn calibration(&self) -> PyResult<Calibration> {
@@ -113,7 +90,7 @@ impl Rig {
         named.set_item("yaw_sd_rad", self.yaw_sd_rad)?;
         let make = py.import("functools")?.getattr("partial")?;
         let make = make.call((py.get_type::<Self>(),), Some(&named))?;
-        let arguments = (self.left(), self.right(), self.factory(py));
+        let arguments = (self.left.clone(), self.right.clone(), self.factory());
         Ok((make, arguments).into_pyobject(py)?.into_any())
     }
 }

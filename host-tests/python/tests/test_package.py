@@ -113,9 +113,9 @@ def test_ranges_tell_yaw(made: Made) -> None:
         sc.Calibrator(made.rig).push_range((5.0, 5.0), 5.0, 0.05)
 
 
-def test_tracks_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made: Made) -> None:
+def moving(made: Made) -> tuple[Any, Any]:
+    """Left and right points of the same landmarks before and after a move."""
     rng = np.random.default_rng(4)
-    calibrator = sc.Calibrator(made.rig)
     points = np.column_stack([rng.uniform(-4, 4, 300), rng.uniform(-2, 2, 300), rng.uniform(6, 25, 300)])
 
     def seen(points: Any) -> tuple[Any, Any]:
@@ -131,7 +131,12 @@ def test_tracks_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(mad
 
     before, after = seen(points), seen(points - [0.3, 0.0, 2.0])
     keep = inside(*before, *after)
-    before, after = (tuple(uv[keep] for uv in views) for views in (before, after))
+    return tuple(uv[keep] for uv in before), tuple(uv[keep] for uv in after)
+
+
+def test_tracks_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(made: Made) -> None:
+    calibrator = sc.Calibrator(made.rig)
+    before, after = moving(made)
     with pytest.raises(sc.MotionError, match="not locked"):
         calibrator.push_motion(before, after)
     for seed in range(8):
@@ -141,6 +146,47 @@ def test_tracks_of_a_moving_rig_are_taken_and_those_of_a_resting_one_are_not(mad
         calibrator.push_motion(before, before)
     with pytest.raises(ValueError, match=r"after\[0\]: 3 rows"):
         calibrator.push_motion(before, (after[0][:3], after[1][:3]))
+
+
+def test_tracks_of_frames_tell_motion_if_they_are_asked_for(made: Made) -> None:
+    before, after = moving(made)
+    numbers = np.arange(1, 1 + len(before[0]))
+    size = made.rig.left.size
+
+    def fed(calibrator: sc.Calibrator) -> tuple[sc.Result, sc.Result]:
+        for seed in range(8):
+            calibrator.feed_frames(sc.encode_frame(seed, *made.pair(seed), size=size))
+        # The second frame shows the landmarks in another order, and comes in two pieces.
+        first = sc.encode_frame(8, *before, size=size, tracks=numbers)
+        second = sc.encode_frame(9, *(uv[::-1] for uv in after), size=size, tracks=numbers[::-1])
+        results = [result for piece in (first, second[:99], second[99:]) for result in calibrator.feed_frames(piece)]
+        return results[0], results[1]
+
+    one, two = fed(sc.Calibrator(made.rig, motion=True))
+    assert one.motion is None and two.motion in ("taken", "waiting")
+    assert pickle.loads(pickle.dumps(two)).motion == two.motion
+    copy = pickle.loads(pickle.dumps(sc.Calibrator(made.rig, motion=True)))
+    assert fed(copy)[1].motion == two.motion
+    ignored = sc.Calibrator(made.rig)
+    assert [result.motion for result in fed(ignored)] == [None, None]
+    pushed = sc.Calibrator(made.rig)
+    fed(pushed)
+
+    def on_wire(views: Any) -> Any:
+        return tuple((np.round(uv * 256) / 256).astype(np.float32) for uv in views)
+
+    assert pushed.push_motion(on_wire(before), on_wire(after)) == two.motion
+    at_rest = sc.Calibrator(made.rig, motion=True)
+    fed(at_rest)
+    frame = sc.encode_frame(10, *after, size=size, tracks=numbers)
+    [result] = at_rest.feed_frames(frame)
+    assert isinstance(result.motion, sc.MotionError) and result.motion.kind == "NoMotion"
+    with pytest.raises(ValueError, match=r"tracks\[1\] = 4096"):
+        sc.encode_frame(1, *made.pair(1, 2), size=size, tracks=[0, 4096])
+    with pytest.raises(ValueError, match="tracks: 3 rows"):
+        sc.encode_frame(1, *made.pair(1, 2), size=size, tracks=[1, 2, 3])
+    with pytest.raises(TypeError, match="motion: 3"):
+        sc.Calibrator(made.rig, motion=3)  # type: ignore[arg-type]
 
 
 def test_a_second_thread_is_told_at_once_and_harms_nothing(made: Made) -> None:

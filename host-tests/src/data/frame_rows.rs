@@ -58,7 +58,7 @@ impl<R: BufRead> FrameRows<R> {
     fn next_line(&mut self) -> Result<Option<String>, FrameRowsError> {
         loop {
             let mut bytes = Vec::new();
-            // One byte more shows that the line is longer.
+            // Reads one byte beyond the limit, to notice a longer line.
             let most = u64::try_from(LONGEST_LINE).unwrap_or(u64::MAX).saturating_add(1);
             let read = (&mut self.input).take(most).read_until(b'\n', &mut bytes);
             if read.map_err(FrameRowsError::Io)? == 0 {

@@ -40,7 +40,7 @@ pub enum Tear {
     Word,
     /// Any of the words of the same call, each with some of its bits.
     Call,
-    /// Words up to the cut, then one that reads as erased and is not.
+    /// Words up to the cut, then one that reads as erased although it is not.
     Hidden,
     /// As `Word`, but torn words cannot be read.
     Ecc,

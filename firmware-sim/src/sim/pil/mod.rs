@@ -154,7 +154,7 @@ mod tests {
     use std::net::{TcpListener, TcpStream};
     use std::thread;
 
-    /// The controller's end of a line on a host. Data-ready is always high: the reads wait.
+    /// The controller's end of a line on a host. Data-ready is always high, because a read waits for its bytes.
     struct HostLink<'a>(&'a TcpStream);
 
     #[derive(Debug)]

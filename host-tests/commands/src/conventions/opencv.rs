@@ -1,9 +1,9 @@
 //! OpenCV's `FileStorage`, as the sample `stereo_calib.cpp` writes it in YAML, XML or JSON, and the same matrices as
 //! plain lists under common names.
 //!
-//! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`): our convention but for the length. Image size
-//! and `fisheye_model` are the keys of the sample `camera_calibration.cpp`. Without `R` the rectification `R1 R2 P2` has
-//! the extrinsics, as in ROS.
+//! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`): our convention except for the length of `T`. Image
+//! size and `fisheye_model` are the keys of the sample `camera_calibration.cpp`. Without `R` the rectification `R1 R2 P2`
+//! has the extrinsics, as in ROS.
 
 use std::fmt::Write;
 

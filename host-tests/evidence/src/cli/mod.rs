@@ -1,4 +1,4 @@
-//! The commands `campaign`, `evaluate`, `bench` and `picture`: arguments in, text or JSON out.
+//! The commands `campaign`, `tables`, `evaluate`, `bench` and `picture`: arguments in, text or JSON out.
 
 mod bench;
 mod campaign;
@@ -9,7 +9,7 @@ use anyhow::Result;
 use clap::Subcommand;
 
 use bench::BenchArgs;
-use campaign::CampaignArgs;
+use campaign::{CampaignArgs, TablesArgs};
 
 pub use campaign::Ablation;
 use evaluate::EvaluateArgs;
@@ -26,6 +26,8 @@ pub enum Command {
     Bench(BenchArgs),
     #[allow(missing_docs, reason = "the arguments define the help text")]
     Picture(PictureArgs),
+    #[allow(missing_docs, reason = "the arguments define the help text")]
+    Tables(TablesArgs),
 }
 
 impl Command {
@@ -39,6 +41,7 @@ impl Command {
             Self::Evaluate(args) => evaluate::evaluate_all(args),
             Self::Bench(args) => bench::bench(args),
             Self::Picture(args) => picture::picture(args),
+            Self::Tables(args) => campaign::tables(args),
         }
     }
 }

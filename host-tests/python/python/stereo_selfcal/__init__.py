@@ -24,6 +24,9 @@ from ._native import (
     Calibration,
     Calibrator,
     Camera,
+    Health,
+    Pair,
+    Result,
     Rig,
     check,
     encode_frame,
@@ -32,7 +35,7 @@ from ._native import (
     solve_pairs,
 )
 from ._plot import plot
-from ._results import Check, Finding, Frame, Health, Matches, Pair, Result, Sd
+from ._results import Check, Finding, Frame, Matches, Sd
 
 __all__ = [
     "ApplyError",

@@ -5,12 +5,16 @@ from typing import Any, Literal, TypeAlias, final
 import numpy as np
 import numpy.typing as npt
 
-from ._results import Array, Check, Health, Matches, Result, State
+from ._errors import MotionError, PairError, Refusal
+from ._results import Array, Check, Finding, Frame, Matches, Sd, State
 
 __all__ = [
     "Calibration",
     "Calibrator",
     "Camera",
+    "Health",
+    "Pair",
+    "Result",
     "Rig",
     "check",
     "encode_frame",
@@ -307,6 +311,8 @@ class Calibrator:
         Pairs further than this from the factory extrinsics are refused, rad. Default 0.5.
     memory_pairs : int, optional
         Pairs after which the oldest fade. Default 1000.
+    motion : bool
+        Whether the tracks of frames (`feed_frames`) tell motion, as `push_motion` does.
 
     Raises
     ------
@@ -323,6 +329,7 @@ class Calibrator:
         lens: Literal["report", "given", "compensate"] = "report",
         max_correction_rad: float | None = None,
         memory_pairs: int | None = None,
+        motion: bool = False,
     ) -> Calibrator: ...
     def fuse(
         self,
@@ -364,7 +371,8 @@ class Calibrator:
     def feed_frames(self, data: bytes) -> list[Result]:
         """Take bytes of a matcher's stream, in pieces of any length, as the firmware does.
 
-        Damaged frames are skipped and counted in `link`. As on a vehicle no pair raises an error.
+        Damaged frames are skipped and counted in `link`. As on a vehicle no pair raises an error. Tracks of a frame are
+        used with ``motion=True``: see `Result.motion`.
 
         Parameters
         ----------
@@ -508,6 +516,192 @@ class Calibrator:
     def __reduce__(self) -> tuple[Any, ...]: ...
     def __setstate__(self, record: bytes, /) -> None: ...
 
+@final
+class Pair:
+    """One stereo pair, solved.
+
+    Attributes
+    ----------
+    R, t : ndarray
+        (3, 3) and (3,): ``p_r = R p_l + t``, ``|t| = 1``.
+    rms_px_before, rms_px_after : float
+        RMS row offset of the matches that fit, at the start and at the solution, px.
+    noise_px : float
+        Standard deviation of a coordinate, estimated from the residuals, px.
+    usable, fit, skipped : int
+        Matches in front of both cameras, those that fit, and those behind.
+    passes : int
+        Passes over the matches.
+    stop : str
+        Why the solver stopped.
+    """
+
+    @property
+    def R(self) -> Array: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def rms_px_before(self) -> float: ...
+    @property
+    def rms_px_after(self) -> float: ...
+    @property
+    def noise_px(self) -> float: ...
+    @property
+    def usable(self) -> int: ...
+    @property
+    def fit(self) -> int: ...
+    @property
+    def skipped(self) -> int: ...
+    @property
+    def passes(self) -> int: ...
+    @property
+    def stop(self) -> str: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Health:
+    """The calibration in use and the estimate, over the matches of the last pair.
+
+    Attributes
+    ----------
+    may_arm : bool
+        Yes or no to an arming check; the reasons of the result say why not.
+    band : str
+        ``"good"``, ``"improvable"``, ``"recalibrate"`` or ``"unknown"``: verdict on the calibration in use.
+    in_use_px, proposed_px, off_px : float
+        RMS row offset of the calibration in use, of the estimate, and of their difference, px.
+    fit_in_use, fit_proposed : int
+        Matches that fit each of both.
+    coverage : float
+        Share of the cells of an 8 x 6 grid over the image with a match that fits.
+    corner_px : float
+        Row offset that the apparent yaw of the lenses leaves in the corner of the image, px.
+    contradicting_ranges, contradicting_motions : int
+        Readings of `push_range` and `push_motion` since the last reset that contradicted the yaw: refused, or
+        waiting until more of them agree.
+    lens_yaw : Finding
+        Apparent yaw of the lenses, rad.
+    lens : dict or None
+        Errors of the lens models that the pairs show: ``focal``, ``k1``, ``k1_mean``, ``p1``, ``principal_x_px``.
+    weakest : tuple or None
+        The least certain direction and its standard deviation, rad.
+    yaw : float
+        Expected error of the yaw in use, rad: depth ``Z`` is off by ``Z**2 * yaw / baseline``.
+    vibration : Sd
+        Motion of the rig about the estimate from pair to pair, rad RMS.
+    """
+
+    @property
+    def may_arm(self) -> bool: ...
+    @property
+    def band(self) -> str: ...
+    @property
+    def in_use_px(self) -> float: ...
+    @property
+    def proposed_px(self) -> float: ...
+    @property
+    def off_px(self) -> float: ...
+    @property
+    def fit_in_use(self) -> int: ...
+    @property
+    def fit_proposed(self) -> int: ...
+    @property
+    def coverage(self) -> float: ...
+    @property
+    def corner_px(self) -> float: ...
+    @property
+    def contradicting_ranges(self) -> int: ...
+    @property
+    def contradicting_motions(self) -> int: ...
+    @property
+    def lens_yaw(self) -> Finding: ...
+    @property
+    def lens(self) -> dict[str, Finding] | None: ...
+    @property
+    def weakest(self) -> tuple[str, float] | None: ...
+    @property
+    def yaw(self) -> float: ...
+    @property
+    def vibration(self) -> Sd: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Result:
+    """The estimate after a pair.
+
+    Attributes
+    ----------
+    R, t : ndarray or None
+        (3, 3) and (3,): ``p_r = R p_l + t``, ``|t| = 1``, over all fused pairs. None before the first.
+    state : str
+        ``"acquiring"``, ``"locked"``, ``"suspect"`` or ``"lost"``.
+    health : Health or None
+        Fit and reliability over this pair's matches; None before the first fused pair.
+    reasons : tuple of str
+        Reasons against relying on the calibration, the worst first; may be empty.
+    cause : str or None
+        The likeliest mistake in rig or matcher, in words, once four pairs show one: ``"u and v exchanged"``.
+    sd, sd_lens : Sd or None
+        Standard deviations of ``R`` and ``t``: with the lens models as given, and with them uncertain.
+    fused : str or None
+        How the pair was fused: ``"added"``, ``"repeated"``, ``"kept_apart"``, ``"renewed"``, ``"took_over"``,
+        ``"lens_corrected"``. None if it was not fused: see `rejection`.
+    rejection : PairError, Refusal or None
+        Why the pair was not fused. This is normal now and then: take the next pair.
+    pair : Pair or None
+        The solved pair; None if it was not solved.
+    motion : str, MotionError or None
+        Effect of the tracks that the frame shares with an earlier one, with ``Calibrator(.., motion=True)``:
+        ``"taken"``, ``"waiting"``, or why they were refused; ``NoMotion`` and ``TooFew`` are ordinary. None without such
+        tracks.
+    pairs : int
+        Number of pairs in the estimate.
+    offered, taken, refused : int
+        Matches of this pair: all, those in the batch, and those without a ray or outside the image.
+    generation : int
+        Changes with the calibration in use.
+    frame : Frame or None
+        The frame, if it came by `Calibrator.feed_frames`.
+    """
+
+    @property
+    def R(self) -> Array | None: ...
+    @property
+    def t(self) -> Array | None: ...
+    @property
+    def state(self) -> State: ...
+    @property
+    def health(self) -> Health | None: ...
+    @property
+    def reasons(self) -> tuple[str, ...]: ...
+    @property
+    def cause(self) -> str | None: ...
+    @property
+    def sd(self) -> Sd | None: ...
+    @property
+    def sd_lens(self) -> Sd | None: ...
+    @property
+    def fused(self) -> str | None: ...
+    @property
+    def rejection(self) -> PairError | Refusal | None: ...
+    @property
+    def pair(self) -> Pair | None: ...
+    @property
+    def motion(self) -> str | MotionError | None: ...
+    @property
+    def pairs(self) -> int: ...
+    @property
+    def offered(self) -> int: ...
+    @property
+    def taken(self) -> int: ...
+    @property
+    def refused(self) -> int: ...
+    @property
+    def generation(self) -> int: ...
+    @property
+    def frame(self) -> Frame | None: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
 def solve_pairs(
     rig: Rig,
     pairs: Iterable[Sequence[_Floats | None]],
@@ -606,7 +800,13 @@ def check(
     """
 
 def encode_frame(
-    sequence: int, uv_left: _Floats, uv_right: _Floats, score: _Floats | None = None, *, size: _Size
+    sequence: int,
+    uv_left: _Floats,
+    uv_right: _Floats,
+    score: _Floats | None = None,
+    *,
+    size: _Size,
+    tracks: Sequence[int] | npt.NDArray[np.integer[Any]] | None = None,
 ) -> bytes:
     """Encode matches as a matcher sends them, with coordinates in 1/256 px; for tests of a receiver.
 
@@ -618,4 +818,6 @@ def encode_frame(
         As in `Calibrator.fuse`.
     size : (int, int)
         Image width and height, px.
+    tracks : sequence of int, (n,), optional
+        Track of each match, the same number in each frame, up to 4095; 0: not tracked.
     """

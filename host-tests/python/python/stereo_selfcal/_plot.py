@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from ._native import Calibration
-from ._results import Result
+from ._native import Calibration, Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

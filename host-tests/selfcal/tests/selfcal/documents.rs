@@ -196,6 +196,12 @@ fn the_rows_of_the_recorded_data_are_what_a_replay_gives() {
     }
 }
 
+#[test]
+fn the_quick_rows_of_the_campaigns_are_what_they_measure() {
+    let equal = selfcal(&["tables", "--check"]).stdout();
+    assert!(equal.lines().count() >= 6, "{equal}");
+}
+
 /// With a comma between thousands.
 fn bytes(n: usize) -> String {
     if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }

@@ -7,6 +7,7 @@ mod real_cases;
 mod single;
 mod stats;
 mod steps;
+mod tables;
 
 use std::io::{self, Write};
 use std::ops::Range;
@@ -19,11 +20,12 @@ use host_tests::run::progress;
 use host_tests::stats::{rms, rms_deviation};
 use host_tests::synth::{Grid, Scenario, ScenarioKind, five_degrees_off, rig};
 use stereo_selfcal::geometry::metrics::Deviation;
-use stereo_selfcal::{Config, Scalar};
+use stereo_selfcal::{Config, Extrinsics, Scalar};
 
 use selfcal_commands::setup::LensTracking;
 
 pub use ablation::Ablation;
+pub(crate) use tables::{TablesArgs, tables};
 
 /// Run the robust preset over many generated scenes, against the best that their data allow.
 ///
@@ -144,14 +146,19 @@ impl CampaignArgs {
 
     fn garbage(&self) -> Result<()> {
         let mut out = io::stdout();
-        for matches in [256, 64, 30, 20] {
-            let mut scenario = self.scenario(ScenarioKind::Near, 1.0, 100);
-            scenario.scene.matches = matches;
-            let runs = self.runs::<f32>(&scenario)?;
-            let locked = runs.iter().filter(|run| run.locked_at().is_some()).count();
-            writeln!(out, "{matches} matches, all wrong: {locked} of {} runs locked", runs.len())?;
+        for matches in GARBAGE {
+            let [locked, runs] = self.garbage_locks(matches)?;
+            writeln!(out, "{matches} matches, all wrong: {locked} of {runs} runs locked")?;
         }
         Ok(())
+    }
+
+    /// Runs that lock on so many wrong matches a pair, and all runs.
+    fn garbage_locks(&self, matches: usize) -> Result<[usize; 2]> {
+        let mut scenario = self.scenario(ScenarioKind::Near, 1.0, 100);
+        scenario.scene.matches = matches;
+        let runs = self.runs::<f32>(&scenario)?;
+        Ok([locked(&runs), runs.len()])
     }
 
     fn grids(&self) -> Result<()> {
@@ -161,33 +168,40 @@ impl CampaignArgs {
             "e: RMS error over the bound for the variance of noise and rounding together"
         )?;
         writeln!(out, "noise  grid        rig off by         e_t  e_theta  locked")?;
-        let rigs = [
-            ("0.02 degrees", rig([0.02, 0.01, 0.0], [0.02, 0.02])?),
-            ("0.1 degrees", rig([0.1, 0.1, 0.1], [0.1, 0.1])?),
-            ("5 degrees", five_degrees_off()),
-        ];
+        let rigs = rigs_on_grids()?;
         for noise in [0.1, 0.3] {
             for (name, grid, effective) in grids(noise) {
                 for (off, rig) in &rigs {
-                    let mut scenario = self.scenario(ScenarioKind::Near, 0.1, 100);
-                    (scenario.scene.noise_px, scenario.scene.grid) = (noise, grid);
-                    scenario.scene.rig = *rig;
-                    let runs = self.runs::<f32>(&scenario)?;
-                    let e = rms_deviation(runs.iter().filter_map(Run::last).map(|m| m.error));
-                    let single = rms_deviation(runs.iter().map(|run| run.bound));
-                    let pairs = f64::from(u32::try_from(scenario.pairs)?).sqrt();
-                    let scale = effective / noise / pairs;
-                    let locked = runs.iter().filter(|run| run.locked_at().is_some()).count();
+                    let (e, locked) = self.on_grid((noise, grid, effective), rig)?;
                     writeln!(
                         out,
                         "{noise:>5}  {name:<10}  {off:<14}  {:>6.2}  {:>7.2}  {locked:>6}",
-                        e.translation / (single.translation * scale),
-                        e.rotation / (single.rotation * scale),
+                        e[0], e[1],
                     )?;
                 }
             }
         }
         Ok(())
+    }
+
+    /// Error of `t` and `R` over the bound, and the number of runs that have locked.
+    ///
+    /// * `effective`: standard deviation of noise and rounding together, px.
+    fn on_grid(
+        &self,
+        (noise, grid, effective): (f64, Grid, f64),
+        rig: &Extrinsics<f64>,
+    ) -> Result<([f64; 2], usize)> {
+        let mut scenario = self.scenario(ScenarioKind::Near, 0.1, 100);
+        (scenario.scene.noise_px, scenario.scene.grid) = (noise, grid);
+        scenario.scene.rig = *rig;
+        let runs = self.runs::<f32>(&scenario)?;
+        let e = rms_deviation(runs.iter().filter_map(Run::last).map(|m| m.error));
+        let single = rms_deviation(runs.iter().map(|run| run.bound));
+        let pairs = f64::from(u32::try_from(scenario.pairs)?).sqrt();
+        let scale = effective / noise / pairs;
+        let e = [e.translation / single.translation, e.rotation / single.rotation];
+        Ok((e.map(|e| e / scale), locked(&runs)))
     }
 
     fn numbers(&self) -> Result<()> {
@@ -235,6 +249,23 @@ impl CampaignArgs {
         }
         Ok(())
     }
+}
+
+/// Numbers of wrong matches a pair.
+const GARBAGE: [usize; 4] = [256, 64, 30, 20];
+
+/// Number of runs that have locked.
+fn locked(runs: &[Run]) -> usize {
+    runs.iter().filter(|run| run.locked_at().is_some()).count()
+}
+
+/// Rigs whose matches are rounded, and how far each is off.
+fn rigs_on_grids() -> Result<[(&'static str, Extrinsics<f64>); 3]> {
+    Ok([
+        ("0.02 degrees", rig([0.02, 0.01, 0.0], [0.02, 0.02])?),
+        ("0.1 degrees", rig([0.1, 0.1, 0.1], [0.1, 0.1])?),
+        ("5 degrees", five_degrees_off()),
+    ])
 }
 
 /// Name, grid, and standard deviation of noise and rounding together, px.

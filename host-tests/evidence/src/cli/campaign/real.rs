@@ -65,6 +65,20 @@ impl CampaignArgs {
     }
 }
 
+/// Figures of a case, after each number of pairs that is reported.
+///
+/// # Errors
+/// If there is no such case, or its scene cannot be seen.
+pub(super) fn figures(args: &CampaignArgs, path: &str) -> Result<Vec<Figures>> {
+    let case = all()?.into_iter().find(|case| case.path() == path);
+    let Case { scenario, also_after, .. } = case.with_context(|| format!("no case {path}"))?;
+    let bar = progress::over(usize::try_from(args.trials())?, "runs");
+    let runs = runs::<f32>(&scenario, args.lens.config(), args.seeds(), || bar.inc(1))?;
+    bar.finish_and_clear();
+    let pairs = also_after.into_iter().chain([scenario.pairs]);
+    Ok(pairs.map(|pairs| Figures::after(&runs, pairs)).collect())
+}
+
 /// One row of the table.
 fn line(name: &str, figures: &Figures) -> String {
     let Figures { rms: _, joint_fit, bound, sd, locked, armed, beyond, .. } = figures;

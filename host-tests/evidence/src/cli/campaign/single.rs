@@ -77,6 +77,40 @@ pub(super) fn scenarios() -> Result<Vec<(String, Scenario)>> {
     Ok(cases()?.into_iter().map(|Case { name, scenario }| (name, scenario)).collect())
 }
 
+/// Figures of the runs of a case.
+pub(super) struct Figures {
+    /// RMS error of `t` and `R` over the bound, of the pairs within 4 times the bound.
+    pub(super) sigma: [f64; 2],
+    /// Share of pairs within 4 times the bound, beyond, and without an answer.
+    pub(super) within: f64,
+    pub(super) wrong: f64,
+    pub(super) none: f64,
+    /// Mean and most.
+    pub(super) passes: [f64; 2],
+}
+
+impl Figures {
+    pub(super) fn of(runs: &[Run]) -> Self {
+        let within = |run: &&Run| {
+            run.last().is_some_and(|m| {
+                m.error.translation < 4.0 * run.bound.translation
+                    && m.error.rotation < 4.0 * run.bound.rotation
+            })
+        };
+        let good: Vec<&Run> = runs.iter().filter(within).collect();
+        let none = runs.iter().filter(|run| run.last().is_none()).count();
+        let e = rms_deviation(good.iter().filter_map(|run| run.last()).map(|m| m.error));
+        let b = rms_deviation(good.iter().map(|run| run.bound));
+        Self {
+            sigma: [e.translation / b.translation, e.rotation / b.rotation],
+            within: share(good.len(), runs.len()),
+            wrong: share(runs.len() - good.len() - none, runs.len()),
+            none: share(none, runs.len()),
+            passes: passes(runs, |_| true),
+        }
+    }
+}
+
 impl CampaignArgs {
     pub(super) fn single(&self) -> Result<()> {
         let mut out = io::stdout();
@@ -94,26 +128,11 @@ impl CampaignArgs {
         ensure!(!cases.is_empty(), "no case begins with {}", self.only.join(" or "));
         for Case { name, scenario } in cases {
             let runs = self.runs::<f32>(&scenario)?;
-            let within = |run: &&Run| {
-                run.last().is_some_and(|m| {
-                    m.error.translation < 4.0 * run.bound.translation
-                        && m.error.rotation < 4.0 * run.bound.rotation
-                })
-            };
-            let good: Vec<&Run> = runs.iter().filter(within).collect();
-            let none = runs.iter().filter(|run| run.last().is_none()).count();
-            let e = rms_deviation(good.iter().filter_map(|run| run.last()).map(|m| m.error));
-            let b = rms_deviation(good.iter().map(|run| run.bound));
-            let [mean, most] = passes(&runs, |_| true);
-            let all = runs.len();
+            let Figures { sigma, within, wrong, none, passes: [mean, most] } = Figures::of(&runs);
             writeln!(
                 out,
-                "{name:<32}  {:>7.3}  {:>11.3}  {:>6.4}  {:>6.4}  {:>6.4}  {mean:>6.2}, {most}",
-                e.translation / b.translation,
-                e.rotation / b.rotation,
-                share(good.len(), all),
-                share(all - good.len() - none, all),
-                share(none, all),
+                "{name:<32}  {:>7.3}  {:>11.3}  {within:>6.4}  {wrong:>6.4}  {none:>6.4}  {mean:>6.2}, {most}",
+                sigma[0], sigma[1],
             )?;
         }
         Ok(())

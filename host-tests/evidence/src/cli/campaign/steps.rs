@@ -3,11 +3,36 @@
 use std::io::{self, Write};
 
 use anyhow::Result;
+use host_tests::run::monte_carlo::Run;
 use host_tests::stats::quantile;
 use host_tests::synth::ScenarioKind;
 
 use super::CampaignArgs;
 use super::stats::{after, alarms, changes, found_after};
+
+/// Degrees.
+pub(super) const STEPS: [f64; 7] = [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01];
+
+/// Numbers of pairs from a step to the first change of the estimate, of the runs that have one.
+pub(super) struct Found {
+    pub(super) after: Vec<usize>,
+}
+
+impl Found {
+    pub(super) fn of(runs: &[Run], step: usize) -> Self {
+        Self { after: runs.iter().filter_map(|run| found_after(run, step)).collect() }
+    }
+
+    /// 0 without any.
+    pub(super) fn quantile(&self, share: f64) -> f64 {
+        let after = self.after.iter().map(|at| u32::try_from(*at).map_or(f64::NAN, f64::from));
+        quantile(after, share).unwrap_or(0.0)
+    }
+
+    fn within(&self, pairs: usize) -> usize {
+        self.after.iter().filter(|at| **at <= pairs).count()
+    }
+}
 
 impl CampaignArgs {
     pub(super) fn steps(&self) -> Result<()> {
@@ -24,29 +49,24 @@ impl CampaignArgs {
             out,
             "step deg  found median, 99 %, last, never; within 3, 4, 15, 60  alarms   n: e_t, e_theta, worst error/sd"
         )?;
-        for degrees in [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01] {
+        for degrees in STEPS {
             let mut scenario = self.scenario(ScenarioKind::Step, 0.1, 200);
             scenario.turn_deg = degrees;
             let runs = self.runs::<f32>(&scenario)?;
             let step = scenario.pairs.div_ceil(2);
-            let found: Vec<usize> = runs.iter().filter_map(|run| found_after(run, step)).collect();
-            let quantile = |share: f64| {
-                let found = found.iter().map(|at| u32::try_from(*at).map_or(f64::NAN, f64::from));
-                quantile(found, share).unwrap_or(0.0)
-            };
-            let within = |pairs: usize| found.iter().filter(|at| **at <= pairs).count();
+            let found = Found::of(&runs, step);
             let before: usize = runs.iter().map(|run| changes(run, 0..step)).sum();
             write!(
                 out,
                 "{degrees:>8}  {:>12.1}, {:>4.0}, {:>4.0}, {:>5}; {} {} {} {}  {before:>6} ",
-                quantile(0.5),
-                quantile(0.99),
-                quantile(1.0),
-                runs.len() - found.len(),
-                within(3),
-                within(4),
-                within(15),
-                within(60),
+                found.quantile(0.5),
+                found.quantile(0.99),
+                found.quantile(1.0),
+                runs.len() - found.after.len(),
+                found.within(3),
+                found.within(4),
+                found.within(15),
+                found.within(60),
             )?;
             for n in [0, 1, 3, 6, 15, 100] {
                 if let Some((e, worst)) = after(&runs, step + n) {
