@@ -7,7 +7,9 @@ use core::f64::consts::SQRT_2;
 
 use super::leverage::form_peak;
 use crate::scalar::Scalar;
-use crate::thresholds::{CERTAIN_SHARE, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_OVER_BESIDE};
+use crate::thresholds::{
+    CERTAIN_SHARE, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_OVER_BESIDE, PEAK_SHARE,
+};
 
 /// Correspondences by their whitened residual: each counts at the first level that it is below. Levels are
 /// [`FIRST_LEVEL_PX`], and each `sqrt 2` times the one before.
@@ -61,16 +63,17 @@ impl<T: Scalar> LevelCounts<T> {
         self.0
     }
 
-    /// The peak: the smallest level that enough residuals are below, and by more than chance more than from there to
-    /// twice as far.
+    /// The peak: the smallest level that many of the residuals are below, and by more than chance more than from
+    /// there to twice as far.
     ///
     /// * `needed`: at least so many; `usable`: all of them.
     pub(super) fn peak(&self, needed: u16, usable: T) -> Option<Peak<T>> {
+        let least = T::count(needed.into()).max(T::lit(PEAK_SHARE) * usable);
         let mut level = T::lit(FIRST_LEVEL_PX);
         let below = self.below();
         for (near, around) in below.iter().zip(below.iter().skip(2)) {
             let beside = *around - *near;
-            if *near >= T::count(needed.into())
+            if *near >= least
                 && *near >= T::lit(PEAK_OVER_BESIDE) * beside
                 && form_peak([*near, beside])
             {
@@ -138,6 +141,7 @@ mod tests {
     fn outliers_and_few_residuals_form_no_peak() {
         assert_eq!(counts(flat(256, 60.0)).peak(12, 256.0), None);
         assert_eq!(counts(normal(11, 0.3)).peak(12, 11.0), None);
+        assert_eq!(counts(normal(40, 0.3).chain(flat(216, 200.0))).peak(12, 256.0), None);
         assert!(counts(normal(70, 0.3).chain(flat(186, 200.0))).peak(12, 256.0).is_some());
     }
 

@@ -12,15 +12,16 @@ pub(crate) const WIDE_SCALE_PX: f64 = 32.0;
 /// and above [`WIDE_SCALE_PX`]. A larger ratio takes more passes; a smaller one loses the basin of convergence.
 pub(crate) const ANNEALING: f64 = 0.5;
 pub(crate) const SLOW_ANNEALING: f64 = 0.7;
-pub(crate) const WIDE_ANNEALING: f64 = 0.2;
+pub(crate) const WIDE_ANNEALING: f64 = 0.35;
 
 /// Levels that residuals are counted below, and the first level; each level is `sqrt 2` of the one before, and the last
 /// one is 16 px. More levels cost time; fewer make the first estimate of the noise coarse.
 pub(crate) const LEVELS: usize = 13;
 pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
-/// Count of a peak of residuals over that beside it, while the scale falls; outliers alone show 1. A larger ratio
-/// overlooks few inliers; a smaller one takes chance for a peak.
+/// Part of the usable correspondences in a peak of residuals, while the scale falls, and their count over that beside
+/// it; outliers alone show 1. Larger values overlook few inliers; smaller ones take chance for a peak.
+pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 
 /// Excess of a peak over the count beside it, in deviations of chance, also at a pose found from afar or not confirmed,

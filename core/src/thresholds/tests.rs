@@ -27,7 +27,8 @@ fn table() -> String {
         let meaning: Vec<_> = lines.filter_map(|line| line.strip_prefix("/// ")).collect();
         assert!(!meaning.is_empty(), "{names:?} without documentation");
         let names: Vec<_> = names.iter().map(|name| std::format!("`{name}`")).collect();
-        let meaning = meaning.join(" ").replace("[`crate::", "`").replace("[`", "`").replace("`]", "`");
+        let meaning =
+            meaning.join(" ").replace("[`crate::", "`").replace("[`", "`").replace("`]", "`");
         let [names, values] = [names.join(", "), values.join(", ")];
         rows += &std::format!("| {names} | {values} | {} |\n", meaning.replace('|', "\\|"));
     }
