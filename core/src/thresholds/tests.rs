@@ -30,7 +30,8 @@ fn table() -> String {
         let meaning =
             meaning.join(" ").replace("[`crate::", "`").replace("[`", "`").replace("`]", "`");
         let [names, values] = [names.join(", "), values.join(", ")];
-        rows += &std::format!("| {names} | {values} | {} |\n", meaning.replace('|', "\\|"));
+        let cells = [names, values, meaning.replace('|', "\\|")].join(" | ");
+        rows += &["| ", &cells, " |\n"].concat();
     }
     rows
 }
