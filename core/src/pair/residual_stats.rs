@@ -1,10 +1,9 @@
 //! Residual statistics at a pose: noise, inliers, and the fit against that of the start (`ESTIMATOR.md`, section 7).
 
-use super::leverage::form_peak;
 use super::loss::{BESIDE, ResidualVariance};
 use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
-use crate::thresholds::{CROWD, INLIER, NEAR};
+use crate::thresholds::{CROWD, INLIER, NEAR, PEAK_DEVIATIONS};
 
 /// Counts of correspondences (whole numbers) and sums over them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -137,8 +136,10 @@ impl<T: Scalar> ResidualStats<T> {
         inliers / self.usable.max(T::ONE)
     }
 
-    /// Whether the near residuals exceed those beside by more than chance.
+    /// Whether the near residuals exceed those beside by [`PEAK_DEVIATIONS`] of chance. A flat background fills both
+    /// bands alike, and the variance of the difference is the sum of the counts.
     pub(super) fn exceed_background(&self) -> bool {
-        form_peak([self.near(), self.beside()])
+        let (near, beside) = (self.near(), self.beside());
+        near - beside >= T::lit(PEAK_DEVIATIONS) * (near + beside).sqrt()
     }
 }

@@ -1,4 +1,4 @@
-//! Second start of a search: the optima near poses through three correspondences each (`ESTIMATOR.md`, section 5).
+//! Second start of a search: the best of many poses through one or three correspondences (`ESTIMATOR.md`, section 5).
 //!
 //! A search among outliers may end at a pose that some of them fit, or between two crowds of matches. Poses through
 //! small samples are not attracted by the other matches.
@@ -7,6 +7,7 @@ use nalgebra::Vector5;
 
 use super::constraint::Constraint;
 use super::loss::geman_mcclure;
+use super::scale::PeakDoubt;
 use super::survey::{Random, scattered_over};
 use super::weighting::Weighting;
 use crate::algebra::information::Information;
@@ -14,95 +15,117 @@ use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CROWD_GAIN, CROWD_SAMPLE, CROWD_SCALE, CROWD_SCALE_PX, GROUP, GROUPS, IMPROVING_STEPS,
-    LEAST_SCALE_PX, PROPOSAL_GAIN, PROPOSAL_SCALE, ROUNDS, SAMPLE, SAMPLED,
+    CROWD_SAMPLE, CROWD_SCALE, CROWD_SCALE_PX, GROUP, GROUPS, IMPROVING_STEPS, RESAMPLE_GAIN,
+    RESAMPLE_SCALE, RESAMPLE_SCORE, RESAMPLE_SD_RAD, RESAMPLED, RESAMPLES, ROUND_SCORE, ROUNDS,
+    SAMPLE,
 };
 
-/// Whitened residuals about a pose, px, and their derivatives, px/rad.
-type Rows<T> = heapless::Vec<(T, [T; 5]), SAMPLED>;
+/// Prior of what a sample leaves free, 1/rad^2.
+const FREE: f64 = 1.0 / (RESAMPLE_SD_RAD * RESAMPLE_SD_RAD);
 
-/// Rounds of a second start, each about the pose of the one before.
+/// Whitened residuals about a pose, px, and their derivatives, px/rad.
+type Rows<T> = heapless::Vec<(T, [T; 5]), RESAMPLED>;
+
+/// Step to the best of the poses through small samples, rad; `None` if none is clearly better than the pose.
+///
+/// Residuals are taken as linear about the pose. A prior at the pose holds the directions that a sample leaves free.
+///
+/// * `by`: weighting at the pose; `noise`: of a coordinate, px.
+#[inline(never)]
+pub(super) fn resample<T: Scalar>(
+    by: &Weighting<T>,
+    pairs: &[RayPair<T>],
+    noise: T,
+) -> Option<Vector5<T>> {
+    let mut rows = Rows::new();
+    take_rows(by, pairs, &mut rows);
+    let scale = scale(noise);
+    let mut best = Best::at(score(&rows, &Vector5::zeros(), scale));
+    let mut random = Random::NEW;
+    // As much work for few rows as for many.
+    for _ in 0..RESAMPLES * RESAMPLED / rows.len().max(RESAMPLED / 4) {
+        if let Some(d) = through_sample(&rows, &mut random) {
+            best.compare(score(&rows, &d, scale), d);
+        }
+    }
+    best.step
+}
+
+/// Rounds of a second start in a small batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rounds {
     random: Random,
     pub(super) left: u8,
     /// Whether one has found a better pose.
     pub(super) moved: bool,
-    /// Whether the peak may hold two near crowds.
-    pub(super) may_be_two: bool,
 }
 
 impl Rounds {
-    /// More rounds in a small batch: the samples of one round miss the optimum more often.
-    ///
-    /// * `is_wide`: whether the peak is wide, by noise or by two crowds.
-    pub(super) fn among(is_small: bool, is_wide: bool) -> Self {
-        let [left, of_small] = ROUNDS;
-        let left = if is_small { of_small } else { left };
-        Self { random: Random::NEW, left, moved: false, may_be_two: is_wide && !is_small }
+    /// One round if the peak contains most correspondences, else [`ROUNDS`].
+    pub(super) fn of(doubt: PeakDoubt) -> Self {
+        let left = if doubt == PeakDoubt::OfSmallBatch { 1 } else { ROUNDS };
+        Self { random: Random::NEW, left, moved: false }
     }
 
     /// Takes one: the step to a better pose, rad, if it finds one.
     ///
-    /// Residuals are taken as linear about the pose.
-    ///
-    /// * `by`: weighting at the pose; `scale`: of the score, px; `prior`: of a pose, 1/rad^2.
+    /// * `by`: weighting at the pose; `noise`: of a coordinate, px; `prior`: of a pose, 1/rad^2.
     #[inline(never)]
     pub(super) fn take<T: Scalar>(
         &mut self,
         by: &Weighting<T>,
         pairs: &[RayPair<T>],
-        scale: T,
+        noise: T,
         prior: &Information<T>,
     ) -> Option<Vector5<T>> {
         self.left = self.left.saturating_sub(1);
         let mut rows = Rows::new();
         take_rows(by, pairs, &mut rows);
-        best(&rows, scale, prior, &mut self.random)
+        improve(&rows, noise, prior, &mut self.random)
     }
 }
 
-/// Whether a batch is so small that all of its correspondences are sampled.
-pub(super) fn is_small<T: Scalar>(usable: T) -> bool {
-    usize::from(usable.to_u16()) <= SAMPLED
-}
-
-/// Scale of a score, and of the annealing that follows, px.
+/// Step to the best of the optima near poses through small samples, rad; `None` if none is better than the pose.
 ///
-/// * `noise`: of a coordinate, px.
-pub(super) fn scale<T: Scalar>(noise: T) -> T {
-    (T::lit(PROPOSAL_SCALE) * noise).max(T::lit(LEAST_SCALE_PX))
-}
-
-/// Step to the best of the proposed poses, rad; `None` if none is better than the pose.
+/// The pose through a small sample is near what most correspondences fit, not there: among few of them its score tells
+/// little, and the best pose of each group is improved.
 ///
-/// The pose through a small sample is near the pose that most correspondences fit, not there. Its score tells little
-/// among few correspondences, and the best pose of each group is improved.
-fn best<T: Scalar>(
+/// * `noise`: of a coordinate, px; `prior`: of the improved poses, 1/rad^2.
+fn improve<T: Scalar>(
     rows: &Rows<T>,
-    scale: T,
+    noise: T,
     prior: &Information<T>,
     random: &mut Random,
 ) -> Option<Vector5<T>> {
-    let least = score(rows, &Vector5::zeros(), scale) + T::lit(PROPOSAL_GAIN);
+    let scale = scale(noise);
+    let least = score(rows, &Vector5::zeros(), scale) + T::lit(ROUND_SCORE);
     let mut best = Best { score: least, step: None };
     // As much work for few rows as for many.
-    for _ in 0..GROUPS * SAMPLED / rows.len().max(SAMPLED / 4) {
+    for _ in 0..GROUPS * RESAMPLED / rows.len().max(RESAMPLED / 4) {
         let mut of_group = Best { score: T::ZERO, step: None };
         for _ in 0..GROUP {
-            if let Some(d) = through_sample(rows, prior, random) {
-                of_group.compare(rows, scale, d);
+            if let Some(d) = through_sample(rows, random) {
+                of_group.compare(score(rows, &d, scale), d);
             }
         }
         if let Some(d) = of_group.step {
-            best.compare(rows, scale, improved(rows, d, scale, prior));
+            let d = improved(rows, d, scale, prior);
+            best.compare(score(rows, &d, scale), d);
         }
     }
     best.step
 }
 
+/// Scale of a score, px.
+///
+/// * `noise`: of a coordinate, px.
+fn scale<T: Scalar>(noise: T) -> T {
+    let [least, of_noise] = RESAMPLE_SCALE.map(T::lit);
+    (of_noise * noise).max(least)
+}
+
 /// Turn about x to the larger of two near crowds of correspondences, rad; `None` if none is clearly larger than the one
-/// at the pose. The scale of the annealing that follows is [`crowd_scale`].
+/// at the pose.
 ///
 /// Both are within one peak of residuals, some rows apart. Poses through small samples scatter as far, and a turn
 /// through one correspondence does not.
@@ -124,7 +147,7 @@ pub(super) fn nearest_crowd<T: Scalar>(
             let _ = rows.push([-constraint.value / pitch, pitch * pitch * precision]);
         }
     }
-    let scale = crowd_scale(noise);
+    let scale = (T::lit(CROWD_SCALE) * noise).max(T::lit(CROWD_SCALE_PX));
     let unit = T::ONE / (scale * scale);
     let score = |d: T| {
         rows.iter().fold(T::ZERO, |sum, [of_row, per_square]| {
@@ -132,21 +155,14 @@ pub(super) fn nearest_crowd<T: Scalar>(
             sum + T::ONE / (T::ONE + off * off * *per_square * unit)
         })
     };
-    let mut best = Best { score: score(T::ZERO) * T::lit(CROWD_GAIN), step: None };
+    let mut best = Best::at(score(T::ZERO));
     for [of_row, _] in &rows {
-        best.take(score(*of_row), Vector5::x() * *of_row);
+        best.compare(score(*of_row), Vector5::x() * *of_row);
     }
     best.step
 }
 
-/// Scale of the score of a crowd, px.
-///
-/// * `noise`: width of the peak that holds both, px.
-pub(super) fn crowd_scale<T: Scalar>(noise: T) -> T {
-    (T::lit(CROWD_SCALE) * noise).max(T::lit(CROWD_SCALE_PX))
-}
-
-/// The step of the highest score.
+/// The step of the highest score, if it is clearly above that of the pose.
 struct Best<T> {
     score: T,
     /// Rad.
@@ -154,11 +170,12 @@ struct Best<T> {
 }
 
 impl<T: Scalar> Best<T> {
-    fn compare(&mut self, rows: &Rows<T>, scale: T, step: Vector5<T>) {
-        self.take(score(rows, &step, scale), step);
+    /// * `score`: of the pose.
+    fn at(score: T) -> Self {
+        Self { score: score * T::lit(RESAMPLE_GAIN) + T::lit(RESAMPLE_SCORE), step: None }
     }
 
-    fn take(&mut self, score: T, step: Vector5<T>) {
+    fn compare(&mut self, score: T, step: Vector5<T>) {
         if score > self.score {
             *self = Self { score, step: Some(step) };
         }
@@ -168,7 +185,7 @@ impl<T: Scalar> Best<T> {
 /// Takes rows of a sample of the batch. In place: returned, they would take 1.5 kB of stack more.
 #[inline(never)]
 fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows<T>) {
-    for pair in scattered_over(pairs, SAMPLED) {
+    for pair in scattered_over(pairs, RESAMPLED) {
         if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
             let root = by.precision(&constraint).sqrt();
             // The sample is no larger.
@@ -177,18 +194,14 @@ fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows
     }
 }
 
-/// Step to the pose through a random sample. The prior holds the directions that the sample leaves free.
-fn through_sample<T: Scalar>(
-    rows: &Rows<T>,
-    prior: &Information<T>,
-    random: &mut Random,
-) -> Option<Vector5<T>> {
+/// Step to the pose through a random sample, with a prior.
+fn through_sample<T: Scalar>(rows: &Rows<T>, random: &mut Random) -> Option<Vector5<T>> {
     let mut normal = NormalEquations::ZERO;
     for _ in 0..SAMPLE {
         let (value, jacobian) = rows.get(random.below(rows.len())?)?;
         normal.add_row(T::ONE, *value, jacobian);
     }
-    normal.with(prior).step()
+    normal.with_prior(T::lit(FREE)).step()
 }
 
 /// The optimum near a step, by Geman-McClure's loss at a scale.
@@ -288,8 +301,8 @@ mod tests {
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
         let (by, pairs) = (solver.weighting(), batch.pairs());
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
-        let mut rounds = Rounds::among(true, false);
-        let step = (0..rounds.left).find_map(|_| rounds.take(&by, pairs, 1.0, &prior));
+        let mut rounds = Rounds::of(PeakDoubt::OfFew);
+        let step = (0..ROUNDS).find_map(|_| rounds.take(&by, pairs, 0.3, &prior));
         let mut rows = Rows::new();
         take_rows(&by, pairs, &mut rows);
         let fit = |d: &Vector5<f64>| rows.iter().filter(|row| residual(row, d).abs() < 2.0).count();
@@ -339,7 +352,7 @@ mod tests {
             let rows: Rows<f64> = (0..30).map(row).collect();
             let prior = Information(Symmetric5::of_diagonal([1e-6; 5]));
             let mut random = Random::NEW;
-            best(&rows, 1.0, &prior, &mut random).is_some()
+            improve(&rows, 0.3, &prior, &mut random).is_some()
         };
         // Scale 1 px; 30 less 30 / (1 + r^2).
         assert_eq!([0.07, 0.1].map(improves), [false, true]);
@@ -358,24 +371,19 @@ mod tests {
         assert_eq!([0.5, 3.0, 5.0].map(scale), [1.0, 1.0, 1.5]);
     }
 
-    /// Matches within a pixel of the pose that the rounds lead to from the level pose; `None` if they stay there.
-    fn found(shifted: usize, across: f64) -> Option<usize> {
+    /// The step from the level pose, px of pitch.
+    fn found(shifted: usize, across: f64) -> Option<f64> {
         let batch = batch::<f64>(pixels(shifted, across).into_iter());
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
-        let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
-        let by = solver.weighting();
-        let mut rounds = Rounds::among(false, false);
-        let step = rounds.take(&by, batch.pairs(), 1.0, &prior)?;
-        let mut rows = Rows::new();
-        take_rows(&by, batch.pairs(), &mut rows);
-        Some(rows.iter().filter(|row| residual(row, &step).abs() < 1.0).count())
+        let step = resample(&solver.weighting(), batch.pairs(), 0.3);
+        step.map(|d| d.x * FOCAL)
     }
 
     #[test]
     fn the_larger_of_two_crowds_is_found_and_the_smaller_one_is_not() {
-        // About 17 of the 50 rows are of the smaller crowd. The annealing completes the step.
-        let fit = found(65, 8.0).unwrap();
-        assert!(fit > 20, "{fit}");
-        assert_eq!([found(35, 8.0), found(0, 0.0)], [None; 2]);
+        let moved = found(65, 8.0).unwrap();
+        assert!((moved.abs() - 8.0).abs() < 1.5, "{moved}");
+        assert_eq!(found(35, 8.0), None);
+        assert_eq!(found(0, 0.0), None);
     }
 }
