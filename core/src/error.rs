@@ -6,7 +6,7 @@ use thiserror::Error;
 
 use crate::state::State;
 
-/// Which camera of the pair.
+/// A camera of the pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Side {
@@ -82,7 +82,7 @@ pub enum ExtrinsicsError {
     AlongOpticalAxis,
 }
 
-/// Which parameter of a configuration was out of its range.
+/// The parameter of a configuration that was out of its range.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

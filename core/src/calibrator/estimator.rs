@@ -235,11 +235,11 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// The estimate that a record keeps; `None` without one and in the paper preset.
-    pub(crate) fn place(&self) -> Option<Place<T>> {
+    pub(crate) fn place(&self, context: &Context<'_, T>) -> Option<Place<T>> {
         match self {
             #[cfg(feature = "paper")]
             Self::Paper(_) => None,
-            Self::Robust(fusion) => fusion.place(),
+            Self::Robust(fusion) => fusion.place(context),
         }
     }
 

@@ -30,7 +30,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let context = &self.estimator.context(&self.config, &self.factory);
         let (pose, rows) = self.estimator.rows(context).ok_or(MotionError::NotLocked)?;
         let noise = self.estimator.noise() * T::lit(TRACK_NOISE) / context.focal;
-        let found = TurnByMotion::of(&pose, tracked, noise).ok_or(MotionError::NoMotion)?;
+        let correction = &self.estimator.correction();
+        let found = TurnByMotion::of(&pose, correction, tracked, noise);
+        let found = found.ok_or(MotionError::NoMotion)?;
         let most = T::lit(MAX_CONFIRMED_YAW_RAD);
         if !(found.variance <= most * most) {
             return Err(MotionError::NoMotion);
@@ -74,7 +76,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if !reading.is_valid() {
             return Err(RangeError::Reading);
         }
-        let cameras = &self.factory.cameras;
+        // The rays of the batch, and so the pose, belong to the corrected cameras.
+        let cameras = &self.corrected;
         let ray = cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
         let right = reading.right.map(|pixel| cameras.right.ray(pixel));
         let right = right.transpose().map_err(RangeError::Pixel)?;

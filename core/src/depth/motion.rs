@@ -8,6 +8,7 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
 use crate::batch::correspondence::RayPair;
+use crate::geometry::lens_correction::{LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3;
 use crate::scalar::Scalar;
@@ -49,16 +50,19 @@ struct Sums<T> {
 }
 
 impl<T: Scalar> TurnByMotion<T> {
-    /// * `pose`: pose of the rows; `tracked`: rays of a match in the first and in the second pair.
+    /// * `pose`: pose of the rows, and `correction`: of the cameras that it belongs to.
+    /// * `tracked`: rays of a match in the first and in the second pair, in the cameras as given.
     /// * `noise`: standard deviation of a coordinate at unit depth.
     ///
     /// `None` if the matches agree on no motion.
     #[inline(never)]
     pub(crate) fn of(
         pose: &RectifyingRotations<T>,
+        correction: &LensCorrection<T>,
         tracked: &[[RayPair<T>; 2]],
         noise: T,
     ) -> Option<Self> {
+        let frame = &Frame { pose, change: LensCorrection::NONE.change_to(correction) };
         let mut motion = Motion {
             rotation: Rotation3::identity(),
             translation: Vector3::zeros(),
@@ -66,11 +70,11 @@ impl<T: Scalar> TurnByMotion<T> {
         };
         let mut scale = T::lit(MOTION_SCALE);
         for _ in 0..MOTION_STEPS {
-            let mut sums = motion.sums(pose, tracked, noise, scale);
+            let mut sums = motion.sums(frame, tracked, noise, scale);
             motion = motion.stepped(&solution(&mut sums.rows)?.0)?;
             scale = (scale * T::HALF).max(T::ONE);
         }
-        let mut sums = motion.sums(pose, tracked, noise, T::ONE);
+        let mut sums = motion.sums(frame, tracked, noise, T::ONE);
         let (_, information) = solution(&mut sums.rows)?;
         let [inliers, all] = sums.inliers;
         let enough = T::count(inliers) >= T::lit(MOTION_INLIERS) * T::count(all);
@@ -96,7 +100,7 @@ impl<T: Scalar> Motion<T> {
     /// * `scale`: scale of the loss, deviations.
     fn sums(
         &self,
-        pose: &RectifyingRotations<T>,
+        frame: &Frame<'_, T>,
         tracked: &[[RayPair<T>; 2]],
         noise: T,
         scale: T,
@@ -113,7 +117,7 @@ impl<T: Scalar> Motion<T> {
         // The matches read are spread over all: a tracker may sort them by column.
         let step = tracked.len().div_ceil(MAX_TRACKED).max(1);
         for [before, after] in tracked.iter().step_by(step) {
-            let views = View::of(pose, before).zip(View::of(pose, after));
+            let views = frame.view(before).zip(frame.view(after));
             let seen = views.and_then(|(one, two)| self.seen(&one, &two, noise));
             sums.add(seen, scale);
         }
@@ -192,6 +196,23 @@ impl<T: Scalar> Sums<T> {
     }
 }
 
+/// The rectified frame, and the change of the right rays to the cameras that it belongs to.
+struct Frame<'a, T: Scalar> {
+    pose: &'a RectifyingRotations<T>,
+    change: RayChange<T>,
+}
+
+impl<T: Scalar> Frame<'_, T> {
+    /// `None` if the point is behind a camera.
+    fn view(&self, pair: &RayPair<T>) -> Option<View<T>> {
+        let a = self.pose.left() * pair.left.push(T::ONE);
+        let b = self.pose.right() * self.change.of(pair.right).push(T::ONE);
+        let ahead = a.z > T::EPSILON && b.z > T::EPSILON;
+        let [x, y] = [a.x / a.z, a.y / a.z];
+        ahead.then(|| View { x, y, disparity: x - b.x / b.z })
+    }
+}
+
 /// A rectified match.
 struct View<T> {
     x: T,
@@ -201,15 +222,6 @@ struct View<T> {
 }
 
 impl<T: Scalar> View<T> {
-    /// `None` if the point is behind a camera.
-    fn of(pose: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<Self> {
-        let a = pose.left() * pair.left.push(T::ONE);
-        let b = pose.right() * pair.right.push(T::ONE);
-        let ahead = a.z > T::EPSILON && b.z > T::EPSILON;
-        let [x, y] = [a.x / a.z, a.y / a.z];
-        ahead.then(|| Self { x, y, disparity: x - b.x / b.z })
-    }
-
     fn ray(&self) -> Vector3<T> {
         Vector3::new(self.x, self.y, T::ONE)
     }

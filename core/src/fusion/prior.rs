@@ -19,6 +19,7 @@ use crate::config::Context;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
+use crate::thresholds::FREEDOM_RAD;
 
 /// An estimate without its pairs.
 #[derive(Debug, Clone, Copy)]
@@ -134,25 +135,36 @@ impl<T: Scalar> Learned<T> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place<T: Scalar> {
     pose: RectifyingRotations<T>,
+    sd: StandardDeviations<T>,
     /// Yaw of the mount that witnesses have measured, rad.
     yaw: T,
     pub(crate) pairs: u32,
 }
 
 impl<T: Scalar> Place<T> {
-    /// Largest difference in an unknown or in the yaw, rad.
-    pub(crate) fn distance_to(&self, other: &Self) -> T {
-        self.pose.unknowns_to(&other.pose).amax().max((self.yaw - other.yaw).abs())
+    /// Whether `R`, `t` or the yaw has moved by more than the freedom of a pair about an estimate, and `R` and `t` by more
+    /// than their deviations: a far scene moves `t` by chance.
+    pub(crate) fn has_moved_from(&self, old: &Self) -> bool {
+        let freedom = T::lit(FREEDOM_RAD);
+        let [[x, y, z, b_y, b_z]] = old.pose.unknowns_to(&self.pose).data.0;
+        let beyond = |square: T, sd: T| square.sqrt() > sd.max(freedom);
+        beyond(x * x + y * y + z * z, self.sd.rotation)
+            || beyond(b_y * b_y + b_z * b_z, self.sd.translation)
+            || (self.yaw - old.yaw).abs() > freedom
     }
 }
 
 impl<T: Scalar> Fusion<T> {
     /// The champion's; `None` without one.
     #[inline(never)]
-    pub(crate) fn place(&self) -> Option<Place<T>> {
+    pub(crate) fn place(&self, context: &Context<'_, T>) -> Option<Place<T>> {
         let champion = self.hypotheses.champion()?;
-        let yaw = self.mount.known_yaw();
-        Some(Place { pose: *champion.pose(), yaw, pairs: champion.pairs() })
+        Some(Place {
+            pose: *champion.pose(),
+            sd: champion.deviations(context)?,
+            yaw: self.mount.known_yaw(),
+            pairs: champion.pairs(),
+        })
     }
 
     /// Fills in the part that a record keeps.

@@ -206,6 +206,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.relief = Relief::kept(is_set(RELIEF));
         Ok(())
     }
+
     /// Reads a calibration that is or was in use.
     #[inline(never)]
     fn read_calibration(

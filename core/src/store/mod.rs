@@ -77,7 +77,7 @@ pub enum StoreError<E: Debug> {
     Flash(E),
 }
 
-/// Factory calibration, state and save policy of a device. RAM: the driver and 230 bytes.
+/// Factory calibration, state and save policy of a device. RAM: the driver and 224 bytes in `f32`.
 ///
 /// ```
 /// # use core::{fmt::Debug, time::Duration};

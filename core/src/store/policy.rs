@@ -6,7 +6,6 @@ use crate::calibrator::Calibrator;
 use crate::fusion::prior::Place;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::FREEDOM_RAD;
 
 /// Why a save is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,8 +16,8 @@ pub enum SaveReason {
     Locked,
     /// The calibration in use has changed.
     InUse,
-    /// The locked estimate has moved by more than 8.7e-4 rad (0.05 degrees), about one axis of `R` or `t`: a restored
-    /// estimate is expected to fit the next pair as closely.
+    /// The locked estimate has moved by more than its standard deviation and by more than 8.7e-4 rad (0.05 degrees), in `R`
+    /// or in `t`, or a witness has moved the yaw: a restored estimate would fit the next pair worse.
     Moved,
     /// The locked estimate has more pairs, and the last save is [`SavePolicy::OVERDUE`] intervals old.
     Overdue,
@@ -33,7 +32,7 @@ struct Saved<T: Scalar> {
 }
 
 /// Longest time that counts between two pairs, ms.
-const LONGEST_STEP: u32 = 1000;
+const LONGEST_STEP: u64 = 1000;
 
 /// Decides when to save: at most once an interval, whether the save succeeds or not. Time is a [`Duration`] since any
 /// fixed origin.
@@ -65,7 +64,7 @@ pub struct SavePolicy<T: Scalar> {
     /// Time of the last pair, ms.
     last: Option<u64>,
     /// Time counted since the last due or completed save or the restart, ms; `None` before the first.
-    elapsed: Option<u32>,
+    elapsed: Option<u64>,
     saved: Option<Saved<T>>,
 }
 
@@ -96,18 +95,18 @@ impl<T: Scalar> SavePolicy<T> {
         let now = milliseconds(now);
         // The clock may have been set back.
         let last = self.last.replace(now).unwrap_or(now);
-        let step = u32::try_from(now.abs_diff(last)).unwrap_or(u32::MAX).min(LONGEST_STEP);
+        let step = now.abs_diff(last).min(LONGEST_STEP);
         let elapsed = match self.elapsed {
             Some(elapsed) if now < last => elapsed.saturating_sub(step),
             Some(elapsed) => elapsed.saturating_add(step),
-            None => u32::MAX,
+            None => u64::MAX,
         };
         self.elapsed = self.elapsed.map(|_| elapsed);
-        let interval = u32::try_from(milliseconds(self.interval)).unwrap_or(u32::MAX);
+        let interval = milliseconds(self.interval);
         if elapsed < interval {
             return None;
         }
-        let is_overdue = elapsed / Self::OVERDUE >= interval;
+        let is_overdue = elapsed >= interval.saturating_mul(Self::OVERDUE.into());
         let reason = self.reason(calibrator, is_overdue)?;
         self.elapsed = Some(0);
         Some(reason)
@@ -117,7 +116,7 @@ impl<T: Scalar> SavePolicy<T> {
     #[inline(never)]
     pub fn saved<const N: usize>(&mut self, calibrator: &Calibrator<T, N>, now: Duration) {
         let was_locked = calibrator.state() == State::Locked;
-        let place = calibrator.estimator.place();
+        let place = place(calibrator);
         self.saved = Some(Saved { was_locked, generation: calibrator.generation, place });
         (self.last, self.elapsed) = (Some(milliseconds(now)), Some(0));
     }
@@ -145,13 +144,20 @@ impl<T: Scalar> SavePolicy<T> {
         if calibrator.generation != saved.generation {
             return Some(SaveReason::InUse);
         }
-        let new = calibrator.estimator.place().filter(|_| is_locked)?;
+        let new = place(calibrator).filter(|_| is_locked)?;
         let old = saved.place.as_ref();
-        if old.is_none_or(|old| new.distance_to(old) > T::lit(FREEDOM_RAD)) {
+        if old.is_none_or(|old| new.has_moved_from(old)) {
             return Some(SaveReason::Moved);
         }
         (is_overdue && old.is_some_and(|old| new.pairs != old.pairs)).then_some(SaveReason::Overdue)
     }
+}
+
+/// The estimate that a record keeps.
+#[inline(never)]
+fn place<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Place<T>> {
+    let estimator = &calibrator.estimator;
+    estimator.place(&estimator.context(&calibrator.config, &calibrator.factory))
 }
 
 /// A time in milliseconds. The operators of [`Duration`] compile to a reachable panic.

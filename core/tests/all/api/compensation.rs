@@ -1,10 +1,15 @@
 //! Wrong lens models, and their compensation.
 
+use crate::api::depth::NONE;
 use crate::api::lens::pair;
 use crate::api::presets::with;
 use crate::api::scene::{FOCAL, cameras, rig, take};
-use stereo_selfcal::geometry::LensCorrection;
+use crate::api::witness::tracked;
+use stereo_selfcal::batch::RayPair;
+use stereo_selfcal::depth::{Range, RangeReading, Witnessed};
 use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations};
+use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{
     Calibration, Calibrator, Config, Extrinsics, FactoryCalibration, Fused, Lens, LensTracking,
     RestoreError, State,
@@ -218,5 +223,49 @@ fn a_compensated_lens_moves_no_estimate_beyond_the_correction_limit() {
         assert!(correction(&calibrator) <= limit, "{seed}");
         let record = calibrator.snapshot();
         assert_eq!(with_factory(limited).restore(&record), Ok(()), "{seed}");
+    }
+}
+
+#[test]
+fn witnesses_see_the_corrected_lens() {
+    let factory = FactoryCalibration::new(cameras(), truth()).with_baseline_m(0.2).unwrap();
+    let mut calibrator = Tested::new(COMPENSATE, &factory);
+    let focal = 0.01;
+    assert!(!drive(&mut calibrator, focal, 0.0, 0..100).is_empty());
+    let last = pair(focal, 0.0, 100);
+    take(&mut calibrator, &last).unwrap();
+    calibrator.apply().unwrap();
+    let Calibration { cameras: corrected, extrinsics, .. } = calibrator.in_use();
+    let rotations = RectifyingRotations::from(&extrinsics);
+    let yaw = |calibrator: &Tested| {
+        let proposed = calibrator.proposal().unwrap().extrinsics;
+        rotations.unknowns_to(&RectifyingRotations::from(&proposed)).y
+    };
+    // Points at the sides: the lens as given misses their disparity by 1 %.
+    let sides = last.iter().filter(|c| (c.right[0] - 960.0).abs() > 500.0);
+    for c in sides.take(5) {
+        let rays = corrected.rays(c).unwrap();
+        let [l, r] = [rays.left(), rays.right()];
+        let a = rotations.left() * Vector3::new(l[0], l[1], 1.0);
+        let b = rotations.right() * Vector3::new(r[0], r[1], 1.0);
+        let depth = 0.2 / ((a.x / a.z - b.x / b.z) * a.z);
+        let (range, sd_m) = (Range::AlongAxis(depth), 0.01 * depth);
+        for right in [None, Some(c.right)] {
+            let mut read = calibrator.clone();
+            let reading = RangeReading { pixel: c.left, right, range, sd_m };
+            assert_eq!(read.push_range(&reading), Ok(Witnessed::Taken), "{right:?}");
+            assert!(yaw(&read).abs() < 3e-4, "{right:?}: {}", yaw(&read));
+        }
+    }
+    // Rays of the cameras as given.
+    let given = |rays: RayPair<f32>| {
+        RayPair::try_new(rays.left(), rays.right().map(|x| x * (1.0 + focal))).unwrap()
+    };
+    for forward in [-4.0, 4.0] {
+        let moved = tracked(NONE, 0.0, [0.5, 0.1, forward], 0.02);
+        let moved: Vec<_> = moved.into_iter().map(|views| views.map(given)).collect();
+        let mut read = calibrator.clone();
+        assert_eq!(read.push_motion(&moved), Ok(Witnessed::Taken), "{forward}");
+        assert!(yaw(&read).abs() < 5e-4, "{forward}: {}", yaw(&read));
     }
 }

@@ -1,16 +1,12 @@
 //! Row errors `a x y` that the lens leaves do not bend the yaw that depth needs.
 
 use crate::api::presets::robust;
-use crate::api::scene::{cameras, correspondences, fill, rig, take};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::batch::RayPair;
-use stereo_selfcal::depth::{MotionError, Range, RangeError, RangeReading, Witnessed};
-use stereo_selfcal::geometry::{RectifyingRotations, UndistortError, so3};
+use crate::api::scene::{cameras, correspondences, rig, take};
+use stereo_selfcal::depth::{Range, RangeReading};
+use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::nalgebra::{Vector3, Vector5};
 use stereo_selfcal::{
-    Band, Calibrator, Config, ConfigError, Correspondence, Extrinsics, FactoryCalibration, Reason,
-    Scalar, State,
+    Band, Calibrator, Config, Correspondence, Extrinsics, FactoryCalibration, Reason, Scalar, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -24,7 +20,7 @@ pub(crate) type Knock = [f64; 3];
 
 pub(crate) const NONE: Knock = [0.0; 3];
 
-fn knocked<T: Scalar>([x, y, z]: Knock) -> Extrinsics<T> {
+pub(crate) fn knocked<T: Scalar>([x, y, z]: Knock) -> Extrinsics<T> {
     rig([ROTATION[0] + x, ROTATION[1] + y, ROTATION[2] + z], BASELINE)
 }
 
@@ -43,7 +39,7 @@ pub(crate) fn calibrated(config: Config) -> Tested {
     Tested::new(config, &made())
 }
 
-fn made() -> FactoryCalibration<f32> {
+pub(crate) fn made() -> FactoryCalibration<f32> {
     FactoryCalibration::new(cameras(), knocked(NONE))
 }
 
@@ -60,6 +56,22 @@ pub(crate) fn off(calibrator: &Tested, of: Knock) -> Vector5<f32> {
     let truth = knocked(of);
     let [truth, in_use] = [&truth, &calibrator.in_use().extrinsics].map(RectifyingRotations::from);
     truth.unknowns_to(&in_use)
+}
+
+/// The range of a match on the true rig, without noise, times a factor.
+pub(crate) fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32> {
+    let rays = cameras::<f32>().rays(c).unwrap();
+    let rotations = RectifyingRotations::<f32>::from(&knocked(of));
+    let [l, r] = [rays.left(), rays.right()];
+    let a = rotations.left() * Vector3::new(l[0], l[1], 1.0);
+    let b = rotations.right() * Vector3::new(r[0], r[1], 1.0);
+    let disparity = a.x / a.z - b.x / b.z;
+    let depth = BASELINE_M / (disparity * a.z) * factor;
+    RangeReading { pixel: c.left, right: None, range: Range::AlongAxis(depth), sd_m: 0.01 * depth }
+}
+
+pub(crate) fn with_baseline() -> Tested {
+    Tested::new(Config::robust(), &made().with_baseline_m(BASELINE_M).unwrap())
 }
 
 #[test]
@@ -140,116 +152,6 @@ fn without_a_factory_calibration_rows_give_the_yaw_unconfirmed() {
     assert!(errors[3] > 100.0 * 4e-3 / BASELINE_M, "{errors:?}");
 }
 
-/// The range of a match on the true rig, without noise, times a factor.
-pub(crate) fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32> {
-    let rays = cameras::<f32>().rays(c).unwrap();
-    let rotations = RectifyingRotations::<f32>::from(&knocked(of));
-    let [l, r] = [rays.left(), rays.right()];
-    let a = rotations.left() * Vector3::new(l[0], l[1], 1.0);
-    let b = rotations.right() * Vector3::new(r[0], r[1], 1.0);
-    let disparity = a.x / a.z - b.x / b.z;
-    let depth = BASELINE_M / (disparity * a.z) * factor;
-    RangeReading { pixel: c.left, right: None, range: Range::AlongAxis(depth), sd_m: 0.01 * depth }
-}
-
-pub(crate) fn with_baseline() -> Tested {
-    Tested::new(Config::robust(), &made().with_baseline_m(BASELINE_M).unwrap())
-}
-
-#[test]
-fn five_ranges_tell_the_yaw_of_the_mount_after_a_knock_before_the_first_pair() {
-    for (knock, a) in [(1.0, 0.009), (-1.0, 0.009), (0.0, 0.009), (0.3, -0.005)] {
-        let mut calibrator = with_baseline();
-        let rig = [0.0, knock, 0.0];
-        run(&mut calibrator, rig, a, 0..8);
-        let pair = warped(rig, a, 8);
-        take(&mut calibrator, &pair).unwrap();
-        let mut taken = 0;
-        for c in pair.iter().step_by(9).take(7) {
-            taken += u32::from(calibrator.push_range(&reading(rig, c, 1.0)).is_ok());
-        }
-        assert!(taken >= 5, "{knock} {a}: {taken}");
-        calibrator.apply().unwrap();
-        let health = calibrator.health().unwrap();
-        let yaw = off(&calibrator, rig).y;
-        assert!(yaw.abs() < 3e-4, "{knock} {a}: {yaw}");
-        assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
-        assert!(!health.reasons.contains(Reason::Yaw), "{health}");
-        // The lens is known from here on: a further knock is followed.
-        let again = [0.0, knock - 0.7, 0.0];
-        run(&mut calibrator, again, a, 20..34);
-        assert!(off(&calibrator, again).y.abs() < 5e-4, "{knock} {a}");
-    }
-}
-
-#[test]
-fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
-    let mut calibrator = with_baseline();
-    run(&mut calibrator, NONE, 0.002, 0..8);
-    let pair = warped(NONE, 0.002, 8);
-    take(&mut calibrator, &pair).unwrap();
-    let before = calibrator.snapshot();
-    let good = reading(NONE, &pair[0], 1.0);
-    let with = |range, sd_m| RangeReading { range, sd_m, ..good };
-    for bad in [
-        with(Range::AlongAxis(f32::NAN), 0.1),
-        with(Range::AlongRay(-3.0), 0.1),
-        with(Range::AlongRay(f32::INFINITY), 0.1),
-        with(good.range, f32::NAN),
-        with(good.range, 0.0),
-    ] {
-        assert_eq!(calibrator.push_range(&bad), Err(RangeError::Reading), "{bad:?}");
-    }
-    let outside = RangeReading { pixel: [-5.0, 3.0], ..good };
-    let error = RangeError::Pixel(UndistortError::OutsideImage);
-    assert_eq!(calibrator.push_range(&outside), Err(error));
-    // A reading through a window, and readings of another point.
-    for factor in [0.1, 0.5, 10.0] {
-        let near = pair.iter().find(|c| c.left[0] - c.right[0] > 60.0).unwrap();
-        let wrong = reading(NONE, near, factor);
-        assert_eq!(calibrator.push_range(&wrong), Err(RangeError::Contradicts), "{factor}");
-    }
-    assert_eq!(calibrator.snapshot(), before);
-
-    let mut none = calibrated(Config::robust());
-    assert_eq!(none.push_range(&good), Err(RangeError::NoBaseline));
-    fill(&mut none, &pair);
-    let mut early = with_baseline();
-    assert_eq!(early.push_range(&good), Err(RangeError::NotLocked));
-    for metres in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        assert_eq!(made().with_baseline_m(metres), Err(ConfigError::BaselineLength));
-    }
-}
-
-#[test]
-fn a_reading_with_its_own_match_needs_none_of_the_pair() {
-    let mut calibrator = with_baseline();
-    let rig = [0.0, 1.0, 0.0];
-    run(&mut calibrator, rig, 0.009, 0..8);
-    let pair = warped(rig, 0.009, 8);
-    // The pair itself lacks the points of the readings.
-    let (read, fused): (Vec<_>, Vec<_>) = pair.iter().partition(|c| {
-        pair[..60]
-            .iter()
-            .step_by(9)
-            .any(|of| (of.left[0] - c.left[0]).hypot(of.left[1] - c.left[1]) < 4.0)
-    });
-    take(&mut calibrator, &fused).unwrap();
-    for c in &read[..6] {
-        let alone = reading(rig, c, 1.0);
-        assert_eq!(calibrator.push_range(&alone), Err(RangeError::NoMatch));
-        let own = |right| RangeReading { right: Some(right), ..alone };
-        let [u, v] = c.right;
-        assert_eq!(calibrator.push_range(&own([u, v + 9.0])), Err(RangeError::NoMatch));
-        let outside = RangeError::Pixel(UndistortError::OutsideImage);
-        assert_eq!(calibrator.push_range(&own([-5.0, v])), Err(outside));
-        assert!(calibrator.push_range(&own([u, v])).is_ok());
-    }
-    calibrator.apply().unwrap();
-    let yaw = off(&calibrator, rig).y;
-    assert!(yaw.abs() < 5e-4, "{yaw}");
-}
-
 #[test]
 fn mount_and_lens_survive_a_restart() {
     let mut calibrator = calibrated(Config::robust());
@@ -267,155 +169,4 @@ fn mount_and_lens_survive_a_restart() {
     run(&mut restored, [0.0, 0.2, 0.0], 0.005, 40..54);
     let yaw = off(&restored, [0.0, 0.2, 0.0]).y;
     assert!(yaw.abs() < 8e-4, "{yaw}");
-}
-
-#[test]
-fn readings_that_contradict_wait_until_they_outvote_those_before() {
-    let mut calibrator = with_baseline();
-    // Unconfirmed: half of the turn may belong to the mount.
-    run(&mut calibrator, NONE, 0.009, 0..8);
-    let pair = warped(NONE, 0.009, 8);
-    take(&mut calibrator, &pair).unwrap();
-    let far = pair.iter().find(|c| c.left[0] - c.right[0] < 30.0).unwrap();
-    let before = calibrator.proposal().unwrap().extrinsics;
-    assert_eq!(calibrator.push_range(&reading(NONE, far, 1.4)), Ok(Witnessed::Waiting));
-    assert_eq!(calibrator.proposal().unwrap().extrinsics, before);
-    assert_eq!(calibrator.push_range(&reading(NONE, far, 1.0)), Ok(Witnessed::Taken));
-    // Two wrong ones outvote the right one. The right ones after them are not refused: the fourth outvotes those.
-    let taken = [1.4, 1.4, 1.4, 1.4, 1.0, 1.0, 1.0, 1.0].map(|factor| {
-        calibrator.push_range(&reading(NONE, far, factor)).unwrap() == Witnessed::Taken
-    });
-    assert_eq!(taken, [false, true, true, true, false, false, false, true]);
-    assert!(off(&calibrator, NONE).y.abs() < 1e-3);
-}
-
-/// Matches of points in two pairs; the rig moves between them by so many baselines.
-pub(crate) fn tracked(
-    of: Knock,
-    a: f64,
-    translation: [f64; 3],
-    turn: f64,
-) -> Vec<[RayPair<f32>; 2]> {
-    let rig: Extrinsics<f64> = knocked(of);
-    let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let turned = so3::exp(&Vector3::new(0.0, turn, 0.0)).unwrap();
-    let mut found = Vec::new();
-    while found.len() < 120 {
-        let depth = 10.0 * 16.0_f64.powf(rng.random());
-        let [x, y] = [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
-        let one = Vector3::new(x, y, 1.0) * depth;
-        let two = turned * one + Vector3::from(translation);
-        let mut noise = || (rng.random::<f64>() * 2.0 - 1.0) * 0.5 / 1400.0;
-        let mut seen = |p: &Vector3<f64>| {
-            let right = rig.rotation() * p + rig.translation().into_inner();
-            let [x, y] = [right.x / right.z, right.y / right.z];
-            let left = [p.x / p.z + noise(), p.y / p.z + noise()];
-            let right = [x + noise(), y + a * x * y + noise()];
-            RayPair::try_new(left.map(f32::lit), right.map(f32::lit))
-        };
-        if two.z > 1.0
-            && let Some(both) = seen(&one).zip(seen(&two))
-        {
-            found.push([both.0, both.1]);
-        }
-    }
-    // One match in eight belongs to another point.
-    for i in (0..found.len() - 1).step_by(8) {
-        found[i][1] = found[i + 1][1];
-    }
-    found
-}
-
-#[test]
-fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
-    let forward = [0.5, 0.1, -4.0];
-    for (knock, a) in [(0.0, 0.009), (1.0, 0.009), (-1.0, 0.009), (0.3, -0.005)] {
-        let rig = [0.0, knock, 0.0];
-        let mut calibrator = calibrated(Config::robust());
-        run(&mut calibrator, rig, a, 0..10);
-        let a = f64::from(a);
-        // A rig at rest, and one that only turns.
-        for turn in [0.0, 0.05] {
-            let still = tracked(rig, a, [0.0; 3], turn);
-            assert_eq!(calibrator.push_motion(&still), Err(MotionError::NoMotion), "{turn}");
-        }
-        let few = &tracked(rig, a, forward, 0.0)[..5];
-        assert_eq!(calibrator.push_motion(few), Err(MotionError::TooFew));
-        for turn in [0.0, 0.03, -0.03] {
-            let pushed = calibrator.push_motion(&tracked(rig, a, forward, turn));
-            assert!(pushed.is_ok(), "{knock} {a} {turn}: {pushed:?}");
-        }
-        calibrator.apply().unwrap();
-        let (health, yaw) = (calibrator.health().unwrap(), off(&calibrator, rig).y);
-        assert!(yaw.abs() < 4e-4, "{knock} {a}: {yaw}");
-        assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
-        assert!(!health.reasons.contains(Reason::Yaw), "{health}");
-    }
-    let nothing = calibrated(Config::robust()).push_motion(&[]);
-    assert_eq!(nothing, Err(MotionError::NotLocked));
-}
-
-/// A number of random bits: not finite, tiny, huge, or within the range of a sensor.
-fn any_number(rng: &mut ChaCha8Rng) -> f32 {
-    match rng.random_range(0..3_u8) {
-        0 => f32::from_bits(rng.random()),
-        1 => rng.random_range(-2e3..2e3),
-        _ => rng.random_range(0.0..1.0),
-    }
-}
-
-/// The whole state, without the counts of contradictions.
-fn traces(calibrator: &Tested) -> String {
-    let all = format!("{calibrator:?}");
-    let (before, rest) = all.split_once("contradicting: [").unwrap();
-    let (_, after) = rest.split_once(']').unwrap();
-    [before, after].concat()
-}
-
-#[test]
-fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
-    let mut rng = ChaCha8Rng::seed_from_u64(38);
-    let mut calibrator = with_baseline();
-    run(&mut calibrator, NONE, 0.005, 0..8);
-    take(&mut calibrator, &warped(NONE, 0.005, 8)).unwrap();
-    let mut refused = 0;
-    for _ in 0..3000 {
-        let before = traces(&calibrator);
-        let mut any = || any_number(&mut rng);
-        let reading = RangeReading {
-            pixel: [any(), any()],
-            right: (any() > 0.5).then(|| [any(), any()]),
-            range: if any() > 0.5 { Range::AlongAxis(any()) } else { Range::AlongRay(any()) },
-            sd_m: any(),
-        };
-        if calibrator.push_range(&reading).is_err() {
-            refused += 1;
-            assert_eq!(traces(&calibrator), before, "{reading:?}");
-        }
-        let proposal = calibrator.proposal().unwrap();
-        assert!(proposal.sd_lens.rotation.is_finite() && proposal.lens_yaw.sd.is_finite());
-    }
-    assert!(refused > 2000, "{refused}");
-}
-
-#[test]
-fn tracks_of_random_rays_show_no_motion_and_leave_no_trace() {
-    let mut rng = ChaCha8Rng::seed_from_u64(39);
-    let mut calibrator = calibrated(Config::robust());
-    run(&mut calibrator, NONE, 0.005, 0..8);
-    for _ in 0..60 {
-        let any = |_| {
-            let mut pair = || {
-                let of = |rng: &mut ChaCha8Rng| [any_number(rng), any_number(rng)];
-                let small = [rng.random_range(-1.0..1.0), rng.random_range(-1.0..1.0)];
-                RayPair::try_new(of(&mut rng), of(&mut rng))
-                    .or_else(|| RayPair::try_new(small, small))
-            };
-            [pair().unwrap(), pair().unwrap()]
-        };
-        let tracked: Vec<_> = (0..40).map(any).collect();
-        let before = format!("{calibrator:?}");
-        assert_eq!(calibrator.push_motion(&tracked), Err(MotionError::NoMotion));
-        assert_eq!(format!("{calibrator:?}"), before);
-    }
 }

@@ -4,7 +4,6 @@ mod applying;
 mod bad_input;
 mod bias;
 mod compensation;
-mod contradicting;
 mod counted_once;
 pub(crate) mod depth;
 pub(crate) mod disturbed;
@@ -29,3 +28,4 @@ mod texts;
 #[cfg(target_env = "gnu")]
 mod traces;
 mod vibration;
+pub(crate) mod witness;

@@ -1,7 +1,8 @@
 //! Tracks of a matcher, from the wire to a measurement of the yaw.
 
-use crate::api::depth::{NONE, Tested, calibrated, off, run, tracked};
+use crate::api::depth::{NONE, Tested, calibrated, off, run};
 use crate::api::scene::cameras;
+use crate::api::witness::tracked;
 use crate::link::vectors;
 use stereo_selfcal::batch::RayPair;
 use stereo_selfcal::depth::{MotionError, Tracks, Witnessed};

@@ -4,8 +4,9 @@ use core::time::Duration;
 
 use crate::api::disturbed::garbage;
 use crate::api::presets::robust;
-use crate::api::scene::{correspondences, rig, take};
+use crate::api::scene::{correspondences, correspondences_within, rig, take};
 use crate::store::Kept;
+use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::store::{SavePolicy, SaveReason};
 use stereo_selfcal::{Calibrator, State};
 use test_support::flash::Flash;
@@ -94,6 +95,26 @@ fn an_estimate_that_moved_is_saved_once_it_is_locked_again() {
     assert_eq!(policy.due(&calibrator, seconds(5000)), Some(SaveReason::Moved));
     policy.saved(&calibrator, seconds(5000));
     assert_eq!(due_after(&mut policy, &calibrator, 5001, 9000), None);
+}
+
+#[test]
+fn a_far_scene_that_moves_the_baseline_by_chance_is_not_saved_again() {
+    let truth = rig(ROTATION, [0.5, -0.4]);
+    let mut calibrator = robust::<f32>();
+    let mut far = |seeds: core::ops::Range<u64>| {
+        for seed in seeds {
+            take(&mut calibrator, &correspondences_within(&truth, [300.0, 3000.0], 250, 0.5, seed))
+                .unwrap();
+        }
+        calibrator.clone()
+    };
+    let mut policy = policy();
+    policy.saved(&far(0..8), seconds(0));
+    let before = far(8..8).proposal().unwrap().extrinsics;
+    let after = far(8..20);
+    let moved = Deviation::between(&after.proposal().unwrap().extrinsics, &before).translation;
+    assert!(moved > 2e-3, "{moved}");
+    assert_eq!(due_after(&mut policy, &after, 1, 300), None);
 }
 
 #[test]

@@ -1,0 +1,92 @@
+use super::*;
+use crate::config::Config;
+use crate::geometry::extrinsics::Extrinsics;
+
+const LENS: f64 = 0.005;
+const KNOCK: f64 = 0.0175;
+const NOISE: f64 = 2e-3;
+
+/// Rows after so many pairs, the last of them knocked: the mean of sums that did not detect the knock.
+fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
+    let [all, part] = [pairs, knocked].map(f64::from);
+    RowsYaw { turn: LENS + KNOCK * part / all, variance: NOISE * NOISE / all }
+}
+
+#[test]
+fn a_knock_that_is_in_the_sums_before_it_is_detected_is_the_mounts() {
+    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+    let context = Context::new(&config, &factory, 1400.0);
+    // The factory extrinsics take the rest of the turn.
+    let share = MountYaw::CALIBRATED.with_rows(&rows(40, 0), &context).lens();
+    assert!((share - LENS).abs() < 4e-4, "{share}");
+    for late in [3, 8, 15, 20] {
+        let mut mount = MountYaw::CALIBRATED;
+        (1..40).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
+        (1..=late).for_each(|n| mount.note(|| Some(rows(40 + n, n)), &context));
+        // A turn of the rows beyond chance belongs to the mount before it is detected, too.
+        let before = mount.with_rows(&rows(40 + late, late), &context);
+        assert!((before.lens() - LENS).abs() < 1e-3, "{late}: {before:?}");
+        mount.change(&rows(40 + late, late), &context);
+        let after = mount.with_rows(&rows(20, 20), &context);
+        let (turn, lens) = (after.mount() - KNOCK, after.lens() - LENS);
+        assert!(turn.abs() < 8e-4 && lens.abs() < 8e-4, "{late}: {turn} {lens}");
+    }
+}
+
+#[test]
+fn measurements_of_a_mount_that_has_turned_since_support_nothing() {
+    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+    let context = Context::new(&config, &factory, 1400.0);
+    let before = rows(20, 0);
+    for turns in [false, true] {
+        let mut mount = MountYaw::CALIBRATED;
+        for _ in 0..5 {
+            assert_eq!(mount.witness(0.0, 1e-7, &before, &context), Some(Witnessed::Taken));
+        }
+        if turns {
+            mount.change(&before, &context);
+        }
+        let rows = if turns { rows(20, 20) } else { before };
+        let yaw = if turns { KNOCK } else { 0.0 };
+        // A wrong measurement, then right ones.
+        let wrong = mount.witness(yaw - 0.008, 1e-7, &rows, &context);
+        assert_eq!(wrong, Some(if turns { Witnessed::Taken } else { Witnessed::Waiting }));
+        let right = [(); 3].map(|()| mount.witness(yaw, 1e-7, &rows, &context));
+        assert_eq!(right[2], Some(Witnessed::Taken), "{turns}: {right:?}");
+        let off = mount.with_rows(&rows, &context).mount() - yaw;
+        assert!(off.abs() < 1e-3, "{turns}: {off}");
+    }
+}
+
+#[test]
+fn after_a_restart_a_confirmed_yaw_needs_three_contradictions_and_an_unconfirmed_one_does_not() {
+    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+    let context = Context::new(&config, &factory, 1400.0);
+    let rows = rows(20, 0);
+    for confirmed in [false, true] {
+        let mut mount = MountYaw::CALIBRATED;
+        if confirmed {
+            mount.witness(0.0, 1e-7, &rows, &context).unwrap();
+        }
+        let (numbers, flags) = mount.parts();
+        mount.reset();
+        mount.resume(numbers, flags).unwrap();
+        let wrong = [(); 3].map(|()| mount.witness(-0.008, 1e-7, &rows, &context).unwrap());
+        let waits = wrong.iter().filter(|found| **found == Witnessed::Waiting).count();
+        assert_eq!(waits >= 2, confirmed, "{wrong:?}");
+    }
+}
+
+#[test]
+fn rows_within_chance_of_the_earlier_ones_turn_nothing() {
+    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+    let context = Context::new(&config, &factory, 1400.0);
+    let mut mount = MountYaw::CALIBRATED;
+    (1..80).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
+    let known = mount.with_rows(&rows(80, 0), &context);
+    for sign in [-1.0, 1.0] {
+        let off = RowsYaw { turn: LENS + sign * 5e-4, ..rows(80, 0) };
+        let yaw = mount.with_rows(&off, &context);
+        assert!((yaw.mount() - known.mount()).abs() < 1e-4, "{yaw:?} {known:?}");
+    }
+}
