@@ -1,5 +1,5 @@
-//! Witnesses tell the mount's yaw, which depth needs, from the lens: ranges and motion. Those that contradict it are
-//! counted and named.
+//! Ranges and motion are witnesses: they tell the yaw of the mount, which depth needs, from the lens. Health counts and
+//! names witnesses that contradict the yaw.
 
 use crate::api::depth::{
     Knock, NONE, Tested, calibrated, knocked, made, off, reading, run, warped, with_baseline,
