@@ -24,8 +24,21 @@ pub(super) struct ChangeDetector<T: Scalar> {
     long: NormalEquations<T>,
     /// Variance of the long window's gradient.
     long_variance: Information<T>,
-    /// Pairs since the start or the last detection.
+    /// Pairs since the start or the last renewal.
     pairs: u32,
+    /// Whether the last renewal left pairs from before the change in the sums.
+    is_mixed: bool,
+}
+
+/// Finding after a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Finding {
+    /// All pairs agree.
+    Same,
+    /// The rig has changed.
+    Changed,
+    /// The short window holds only pairs after a change; the sums hold earlier ones too.
+    Settled,
 }
 
 impl<T: Scalar> ChangeDetector<T> {
@@ -35,6 +48,7 @@ impl<T: Scalar> ChangeDetector<T> {
         long: NormalEquations::ZERO,
         long_variance: Information::ZERO,
         pairs: 0,
+        is_mixed: false,
     };
 
     /// Restarts in place.
@@ -43,7 +57,7 @@ impl<T: Scalar> ChangeDetector<T> {
         *self = Self::NEW;
     }
 
-    /// Adds a pair that the hypothesis already includes; returns whether the rig has changed.
+    /// Adds a pair that the hypothesis already includes; returns what the windows show.
     ///
     /// * `pair`: moments of the pair, in the frame of the hypothesis; `moved`: step of the hypothesis, rad.
     #[inline(never)]
@@ -54,7 +68,7 @@ impl<T: Scalar> ChangeDetector<T> {
         measurement: &PairMeasurement<T>,
         moved: &Vector5<T>,
         context: &Context<'_, T>,
-    ) -> bool {
+    ) -> Finding {
         self.short.scale(T::lit(SHORT_DECAY));
         self.short.add(pair);
         let biased = measurement.biased_at(hypothesis.pose());
@@ -74,19 +88,28 @@ impl<T: Scalar> ChangeDetector<T> {
         self.short_variance = add(&self.short_variance, decay, &biased.normal);
         self.long_variance = add(&self.long_variance, long_decay, &debiased);
         self.pairs = self.pairs.saturating_add(1);
-        self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, context)
+        if self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, context) {
+            Finding::Changed
+        } else if self.is_mixed && self.pairs >= SHORT_PAIRS {
+            Finding::Settled
+        } else {
+            Finding::Same
+        }
     }
 
     /// Replaces the older pairs of the hypothesis by the short window. False, without effect, if the short window leads
     /// to no admissible rig.
+    ///
+    /// * `is_mixed`: whether the short window holds pairs from before the change. A later renewal then drops them.
     pub(super) fn renew(
         &mut self,
         hypothesis: &mut Hypothesis<T>,
+        is_mixed: bool,
         context: &Context<'_, T>,
     ) -> bool {
         let renewed = hypothesis.replace(&self.short, self.pairs.min(SHORT_PAIRS), context);
         if renewed {
-            *self = Self::NEW;
+            *self = Self { is_mixed, ..Self::NEW };
         }
         renewed
     }

@@ -2,7 +2,7 @@
 
 use super::Kept;
 use super::association_result::{AssociationResult, Rejected, Support};
-use super::change_detector::ChangeDetector;
+use super::change_detector::{ChangeDetector, Finding};
 use super::hypothesis::{Hypothesis, Update};
 use super::prior::Prior;
 use super::repeated_scene::Seen;
@@ -27,7 +27,7 @@ impl<T: Scalar> Champion<T> {
     /// Empty until the first hypothesis is promoted.
     const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, detector: ChangeDetector::NEW };
 
-    /// Adds a pair; returns whether the rig has changed.
+    /// Adds a pair; returns what the windows show.
     ///
     /// # Errors
     /// [`Rejection`]; the champion is unchanged.
@@ -36,7 +36,7 @@ impl<T: Scalar> Champion<T> {
         &mut self,
         measurement: &PairMeasurement<T>,
         context: &Context<'_, T>,
-    ) -> Result<bool, Rejection> {
+    ) -> Result<Finding, Rejection> {
         let mut update = Update::NONE;
         self.hypothesis.next_update(measurement, context, &mut update)?;
         let was_known = self.hypothesis.vibration_known();
@@ -59,11 +59,16 @@ impl<T: Scalar> Champion<T> {
         mut kept: Kept<'_, T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Rejection> {
-        if !self.add(measurement, context)? {
+        let finding = self.add(measurement, context)?;
+        if finding == Finding::Settled {
+            // Mount and lens have learnt from the sums before the change.
+            self.detector.renew(&mut self.hypothesis, false, context);
+        }
+        if finding != Finding::Changed {
             return Ok(Fused::Added);
         }
         let learned = kept.learned(&self.hypothesis, context);
-        if !self.detector.renew(&mut self.hypothesis, context) {
+        if !self.detector.renew(&mut self.hypothesis, true, context) {
             return Ok(Fused::Added);
         }
         kept.keep(learned);

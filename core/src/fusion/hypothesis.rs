@@ -56,7 +56,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
     high_leverage: [T; 2],
     /// Running mean of the chi-square of successive pairs per degree of freedom.
     reduced_chi_square: T,
-    /// Step of the last detected change, decaying, rad; it widens the covariance in case a drift continues.
+    /// Decaying sum of the steps of detected changes, rad; it widens the covariance in case a drift continues.
     drift: Vector5<T>,
     /// Pairs in the sums.
     pairs: u32,
@@ -225,7 +225,7 @@ impl<T: Scalar> Hypothesis<T> {
             return false;
         }
         let moved = self.pose.unknowns_to(&optimum.pose);
-        self.drift = limited(&moved);
+        self.drift = limited(&(self.drift + moved));
         self.last = self.last.about(&moved);
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.sums = *sums;

@@ -5,6 +5,7 @@ use super::*;
 use crate::algebra::block_variances::BlockVariances;
 use crate::depth::mount::MountYaw;
 use crate::fusion::lens_reference::LensReference;
+use crate::thresholds::SHORT_PAIRS;
 use nalgebra::Vector5;
 use std::vec::Vec;
 
@@ -96,4 +97,25 @@ fn the_change_detector_restarts_when_turns_begin_and_when_they_cease() {
         champion.detector.pairs()
     });
     assert_eq!(seen.collect::<Vec<_>>(), [1, 2, 3, 1, 2, 3, 1, 2, 3]);
+}
+
+#[test]
+fn ten_pairs_after_a_renewal_the_sums_hold_no_pair_from_before_the_change() {
+    let (context, mut reference, mut mount) = (context(), LensReference::GIVEN, MountYaw::UNKNOWN);
+    let turned = 1e-4;
+    let hypothesis = fused(&pairs(0.0, 0..80), 1, &context);
+    let mut champion = Champion { hypothesis, detector: ChangeDetector::NEW };
+    let changed = truth().stepped_by(&Vector5::ith(0, turned)).unwrap();
+    let fused = pairs(0.0, 80..100).into_iter().chain(pairs(turned, 100..130)).map(|pair| {
+        let kept = Kept { reference: &mut reference, mount: &mut mount };
+        let fused = champion.fuse(&pair.measurement, kept, &context).unwrap();
+        let off = champion.hypothesis.pose().unknowns_to(&changed).x;
+        (fused, champion.hypothesis.pairs(), off)
+    });
+    let fused: Vec<_> = fused.collect();
+    let renewed = fused.iter().rposition(|(fused, ..)| *fused == Fused::Renewed).unwrap();
+    let ten_later = renewed + usize::try_from(SHORT_PAIRS).unwrap();
+    let [before, after] = [fused[ten_later - 1], fused[ten_later]];
+    assert_eq!((before.1, after.1), (2 * SHORT_PAIRS - 1, SHORT_PAIRS));
+    assert!(before.2 > 0.2 * turned && after.2.abs() < 0.1 * turned, "{before:?} {after:?}");
 }
