@@ -16,7 +16,7 @@ use crate::pair::evaluate::EvaluatedPose;
 use crate::pair::solver::PairSolver;
 use crate::scalar::Scalar;
 use crate::state::Stop;
-use crate::thresholds::{CLEARLY_BETTER, FEW, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
+use crate::thresholds::{CLEARLY_BETTER, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
 
 /// Passes after a search with the baseline turned: a comparison, a track of the challenger with its evaluation, and a search
 /// of as many.
@@ -114,18 +114,18 @@ impl<T: Scalar> Association<T> {
         self.passes = 0;
         let is_affordable = with.context.config.max_passes >= 2 * AFTER_TURNED;
         match turn.filter(|_| is_affordable && with.leaves_open(pairs)) {
-            Some(turn) => self.enter(Stage::Turned(turn), with, pairs.len()),
-            None => self.enter(Stage::Champion, with, pairs.len()),
+            Some(turn) => self.enter(Stage::Turned(turn), with),
+            None => self.enter(Stage::Champion, with),
         }
     }
 
     /// Enters a stage; if its hypothesis does not exist, the next stage.
     #[inline(never)]
-    fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>, pairs: usize) {
+    fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>) {
         if let Stage::Turned(turn) = stage {
             self.stage = stage;
             let start = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
-            self.search(with, pairs, start, AFTER_TURNED);
+            self.search(with, start, AFTER_TURNED);
             return;
         }
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());
@@ -139,7 +139,7 @@ impl<T: Scalar> Association<T> {
             self.stage = Stage::Search;
             let start = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
             // A comparison with the challenger takes one more pass.
-            self.search(with, pairs, start, u16::from(self.rejected.by_challenger));
+            self.search(with, start, u16::from(self.rejected.by_challenger));
         }
     }
 
@@ -165,12 +165,11 @@ impl<T: Scalar> Association<T> {
     fn search(
         &mut self,
         with: &AssociationContext<'_, T>,
-        pairs: usize,
         start: RectifyingRotations<T>,
         after: u16,
     ) {
         let used = self.passes.saturating_add(after);
-        self.work = Work::Solver(with.search(start, used, pairs));
+        self.work = Work::Solver(with.search(start, used));
     }
 
     /// Takes one more pass, unless no stage is left.
@@ -193,7 +192,7 @@ impl<T: Scalar> Association<T> {
                 let next = self.decide(with)?;
                 self.stage = next;
                 if matches!(next, Stage::Challenger | Stage::Search) {
-                    self.enter(next, with, matches.len());
+                    self.enter(next, with);
                 }
                 Ok(())
             }
@@ -228,7 +227,7 @@ impl<T: Scalar> Association<T> {
             Work::Evaluated(_) | Work::None => Err(Rejection::NoConsensus),
         };
         if fits.is_err() && with.hypotheses.challenger().is_some() {
-            self.enter(Stage::Challenger, with, matches.len());
+            self.enter(Stage::Challenger, with);
             return Ok(());
         }
         fits
@@ -333,12 +332,11 @@ impl<T: Scalar> AssociationContext<'_, T> {
     /// A search within the passes left.
     ///
     /// * `used`: passes taken, plus passes needed after the search.
-    fn search(&self, start: RectifyingRotations<T>, used: u16, pairs: usize) -> PairSolver<T> {
+    fn search(&self, start: RectifyingRotations<T>, used: u16) -> PairSolver<T> {
         let Context { config, focal, .. } = *self.context;
         // A search needs at least the passes of a track.
         let left = config.max_passes.saturating_sub(used).max(TRACK_PASSES);
-        let search = PairSolver::search(config, focal, start, left);
-        if pairs <= FEW { search.among_few() } else { search }
+        PairSolver::search(config, focal, start, left)
     }
 
     /// Checks that a pose found by a search is an optimum with five observable directions.

@@ -19,8 +19,7 @@ use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    FOUND_NEAR, FOUND_NEAR_MOST, FOUND_NOISE_PX, MIN_WEIGHTED, PEAK_OVER_BESIDE, TRACK_MIN_NEAR,
-    TRACK_PEAK,
+    FOUND_NEAR, FOUND_NEAR_MOST, MAX_NOISE_PX, MIN_WEIGHTED, TRACK_MIN_NEAR, TRACK_PEAK,
 };
 
 /// Measurement of the extrinsics by one batch.
@@ -205,15 +204,14 @@ impl<T: Scalar> EvaluatedPose<T> {
     ///
     /// * `needed`: near residuals, by configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {
-        let (near, beside) = (self.stats.near(), self.stats.beside());
+        let near = self.stats.near();
         let noise = self.measurement.noise;
         let [share, per_px] = FOUND_NEAR.map(T::lit);
         let share = (share + per_px * noise).min(T::lit(FOUND_NEAR_MOST));
         near >= T::count(needed.into())
-            && near >= T::lit(PEAK_OVER_BESIDE) * beside
             && near >= share * self.stats.usable
             && self.stats.exceed_background()
-            && noise < T::lit(FOUND_NOISE_PX)
+            && noise < T::lit(MAX_NOISE_PX)
             && self.is_largest_crowd()
     }
 
@@ -247,10 +245,11 @@ impl<T: Scalar> EvaluatedPose<T> {
             && !self.measurement.moments.are_disparities_alike()
     }
 
-    /// False if more matches lean to one side than fit, or if none fit: the pose may then follow a fence.
+    /// False if more matches lean to one side than fit, if none fit, or between two crowds: the pose may then follow a
+    /// fence.
     fn is_largest_crowd(&self) -> bool {
         let PairMeasurement { crowd, inlier_share, .. } = self.measurement;
-        inlier_share > T::ZERO && crowd.abs() <= inlier_share
+        inlier_share > T::ZERO && crowd.abs() <= inlier_share && !self.stats.is_hollow()
     }
 
     /// Whether that peak exceeds chance, at a pose that is not yet confirmed.

@@ -6,7 +6,7 @@ use super::weighting::{Loss, Weighting};
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_NOISE_PX, MIN_FREEDOM};
+use crate::thresholds::MAX_NOISE_PX;
 
 /// A pose, with the settings and the scale of its residuals.
 #[derive(Debug, Clone, Copy)]
@@ -62,9 +62,8 @@ impl<T: Scalar> Iterate<T> {
     ///
     /// * `near_squares`: variance estimates of the `near` residuals within 2 standard deviations, summed, px^2.
     pub(super) fn noise_of(&self, near_squares: T, near: T) -> T {
-        let count = near.max(T::ONE);
         // The fit absorbs one residual per determined unknown.
-        let free = (count - self.fitted).max(count * T::lit(MIN_FREEDOM));
+        let free = (near - self.fitted).max(T::ONE);
         let floor = self.noise_floor * self.noise_floor;
         let noise = (near_squares / free).max(floor).sqrt();
         noise.min(T::lit(MAX_NOISE_PX)).max(self.noise_floor)
@@ -92,10 +91,10 @@ mod tests {
             min_disparity: 0.0,
         };
         assert!((iterate.noise_of(24.0, 28.0) - 1.0).abs() < 1e-12);
-        // Each of few residuals counts as half a degree of freedom.
-        assert!((iterate.noise_of(2.0, 4.0) - 1.0).abs() < 1e-12);
+        // Few residuals leave at least one degree of freedom.
+        assert!((iterate.noise_of(1.0, 4.0) - 1.0).abs() < 1e-12);
         assert_eq!(iterate.noise_of(0.0, 28.0), 0.15);
         assert_eq!(iterate.noise_of(-1.0, 28.0), 0.15);
-        assert_eq!(iterate.noise_of(1e6, 28.0), 8.0);
+        assert_eq!(iterate.noise_of(1e6, 28.0), MAX_NOISE_PX);
     }
 }

@@ -63,6 +63,14 @@ impl<T: Scalar> ResidualVariance<T> {
         squared < T::lit(units * units) * self.unit_squared
     }
 
+    /// Whether a residual is within half a unit of the loss, or within what rounding leaves of a row without noise.
+    ///
+    /// * `squared`: squared residual, px^2.
+    pub(super) fn is_inner(&self, squared: T) -> bool {
+        let of_grid = T::lit(12.0 * MIN_UNIT * MIN_UNIT) * self.of_grid;
+        squared < T::lit(0.25) * self.unit_squared + of_grid
+    }
+
     /// Counts a residual if it is within 2 units of the loss, or from 2 to 4. Outliers fill both bands alike. Returns
     /// whether it is within 2.
     ///
@@ -127,6 +135,14 @@ mod tests {
         assert!((floored.unit_squared.sqrt() - 0.6).abs() < 1e-15);
         let noisy = ResidualVariance::of(0.81_f64, 1.0);
         assert_eq!(noisy.unit_squared, noisy.variance);
+    }
+
+    #[test]
+    fn inner_residuals_are_within_half_a_unit_and_what_rounding_leaves() {
+        let inner = |step: f64, r: f64| ResidualVariance::of(0.25, step).is_inner(r * r);
+        assert!(inner(0.0, 0.249) && !inner(0.0, 0.251));
+        // A step of 1 px: the root of a quarter of the unit, 0.6^2, and of 0.6^2.
+        assert!(inner(1.0, 0.670) && !inner(1.0, 0.672));
     }
 
     #[test]

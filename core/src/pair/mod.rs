@@ -6,7 +6,7 @@
 //! - [`constraint`]: residual, variance and derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a residual.
 //! - [`pass`]: loop over the batch, and its sums. [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss of each
 //!   pass. [`survey`]: first leverage limit of a track. [`solver`], [`descent`]: Levenberg-Marquardt steps.
-//!   [`resample`]: second start.
+//!   [`proposal`]: second start.
 //! - [`evaluate`]: last pass, at the pose reached. [`regions`], [`residual_stats`]: its sums.
 //!
 //! Derivation: `ESTIMATOR.md`, sections 2 to 9.
@@ -18,8 +18,8 @@ mod iterate;
 pub(crate) mod leverage;
 mod loss;
 mod pass;
+mod proposal;
 mod regions;
-mod resample;
 mod residual_stats;
 mod scale;
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Residual statistics at a pose: noise, inliers, and the fit against that of the start (`ESTIMATOR.md`, section 7).
 
+use super::leverage::form_peak;
 use super::loss::{BESIDE, ResidualVariance};
 use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
@@ -14,6 +15,8 @@ pub(crate) struct ResidualStats<T> {
     pub(crate) skipped: T,
     /// Residuals within 2, 3, and 4 units of the loss.
     pub(crate) within: [T; 3],
+    /// Residuals within half a unit.
+    pub(super) inner: T,
     /// Residuals within 2 units of points clearly in front of the cameras, and clearly behind them.
     pub(super) sides: [T; 2],
     /// Residuals beyond 2 units of the loss, up to [`CROWD`]: positive less negative ones.
@@ -47,6 +50,7 @@ impl<T: Scalar> ResidualStats<T> {
         usable: T::ZERO,
         skipped: T::ZERO,
         within: [T::ZERO; 3],
+        inner: T::ZERO,
         sides: [T::ZERO; 2],
         leaning: T::ZERO,
         near_squares: T::ZERO,
@@ -74,6 +78,9 @@ impl<T: Scalar> ResidualStats<T> {
             *three += T::ONE;
             *four += T::ONE;
             self.near_squares += expected.noise_squared(squared);
+            if expected.is_inner(squared) {
+                self.inner += T::ONE;
+            }
             let [ahead, behind] = &mut self.sides;
             if disparity >= -least {
                 *ahead += T::ONE;
@@ -125,6 +132,15 @@ impl<T: Scalar> ResidualStats<T> {
         self.leaning / self.usable.max(T::ONE)
     }
 
+    /// Whether fewer residuals are near zero than flat ones would be, by more than chance: the pose lies between two
+    /// crowds. A quarter of flat residuals within 2 units is within half a unit.
+    pub(super) fn is_hollow(&self) -> bool {
+        let missing = self.near() * T::lit(0.25) - self.inner;
+        let variance = self.near() * T::lit(0.25 * 0.75);
+        missing > T::ZERO
+            && missing * missing > T::lit(PEAK_DEVIATIONS * PEAK_DEVIATIONS) * variance
+    }
+
     /// Whether too many points that fit are behind the cameras.
     pub(super) fn is_behind(&self) -> bool {
         is_behind(self.sides)
@@ -136,10 +152,8 @@ impl<T: Scalar> ResidualStats<T> {
         inliers / self.usable.max(T::ONE)
     }
 
-    /// Whether the near residuals exceed those beside by [`PEAK_DEVIATIONS`] of chance. A flat background fills both
-    /// bands alike, and the variance of the difference is the sum of the counts.
+    /// Whether the near residuals exceed those beside by more than chance.
     pub(super) fn exceed_background(&self) -> bool {
-        let (near, beside) = (self.near(), self.beside());
-        near - beside >= T::lit(PEAK_DEVIATIONS) * (near + beside).sqrt()
+        form_peak([self.near(), self.beside()])
     }
 }

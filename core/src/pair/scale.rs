@@ -5,10 +5,10 @@
 
 use core::f64::consts::SQRT_2;
 
+use super::leverage::form_peak;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    BROAD_PX, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_DEVIATIONS, PEAK_OVER_BESIDE, PEAK_SHARE,
-    RESAMPLED, SECOND_BELOW, SMALL_SECOND_BELOW,
+    CERTAIN_SHARE, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_OVER_BESIDE, PEAK_SHARE,
 };
 
 /// Correspondences by their whitened residual: each counts at the first level that it is below. Levels are
@@ -25,30 +25,14 @@ pub(super) struct Peak<T> {
     share: T,
 }
 
-/// Why a peak may not come from the scene.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum PeakDoubt {
-    /// It contains few correspondences, or is so wide that any fit.
-    OfFew,
-    /// It is wide, by noise or by two crowds within it.
-    Wide,
-    /// It contains most correspondences of a small batch.
-    OfSmallBatch,
-}
-
 impl<T: Scalar> Peak<T> {
-    /// Why it may be a peak of only a few matches, or lie between two crowds.
+    /// Whether it may be a peak of only a few matches, or lie between two crowds.
     ///
-    /// * `usable`: all correspondences. Few are fitted by a wrong pose more often.
-    pub(super) fn doubt(&self, usable: T) -> Option<PeakDoubt> {
-        let is_small = usize::from(usable.to_u16()) <= RESAMPLED;
-        if self.share < T::lit(SECOND_BELOW) || self.level > T::lit(BROAD_PX) {
-            Some(PeakDoubt::OfFew)
-        } else if self.level > T::lit(NARROW_PX) {
-            Some(PeakDoubt::Wide)
-        } else {
-            (is_small && self.share < T::lit(SMALL_SECOND_BELOW)).then_some(PeakDoubt::OfSmallBatch)
-        }
+    /// * `is_small`: of a small batch; a wrong pose fits few matches more often.
+    pub(super) fn is_doubtful(&self, is_small: bool) -> bool {
+        let [certain, of_small] = CERTAIN_SHARE.map(T::lit);
+        // A wide peak comes from noise, or from two crowds within it.
+        self.share < if is_small { of_small } else { certain } || self.level > T::lit(NARROW_PX)
     }
 }
 
@@ -85,9 +69,10 @@ impl<T: Scalar> LevelCounts<T> {
         let below = self.below();
         for (near, around) in below.iter().zip(below.iter().skip(2)) {
             let beside = *around - *near;
-            let excess = *near - beside;
-            let clear = excess * excess >= T::lit(PEAK_DEVIATIONS * PEAK_DEVIATIONS) * *around;
-            if *near >= least && *near >= T::lit(PEAK_OVER_BESIDE) * beside && clear {
+            if *near >= least
+                && *near >= T::lit(PEAK_OVER_BESIDE) * beside
+                && form_peak([*near, beside])
+            {
                 return Some(Peak { level, share: *around / usable.max(T::ONE) });
             }
             level *= T::lit(SQRT_2);
@@ -145,7 +130,7 @@ mod tests {
         }
         let narrow = counts(normal(256, 0.02)).peak(12, 256.0).unwrap();
         assert_eq!(narrow, Peak { level: FIRST_LEVEL_PX, share: 1.0 });
-        assert_eq!(narrow.doubt(256.0), None);
+        assert!(!narrow.is_doubtful(false));
     }
 
     #[test]
@@ -163,10 +148,9 @@ mod tests {
             counts(normal(176, 0.3).map(move |r| r - at).chain(other))
         };
         let between = crowds(3.0).peak(12, 256.0).unwrap();
-        assert!(between.level > 3.0 && between.doubt(256.0) == Some(PeakDoubt::OfFew));
+        assert!(between.level > 3.0 && between.is_doubtful(false));
         let [larger, smaller] = [0.0, 8.0].map(|at| crowds(at).peak(12, 256.0).unwrap());
-        assert!(larger.level < 0.6 && larger.doubt(256.0).is_none());
-        assert_eq!(larger.doubt(64.0), Some(PeakDoubt::OfSmallBatch));
-        assert!(smaller.level < 0.6 && smaller.doubt(256.0) == Some(PeakDoubt::OfFew));
+        assert!(larger.level < 0.6 && !larger.is_doubtful(false) && larger.is_doubtful(true));
+        assert!(smaller.level < 0.6 && smaller.is_doubtful(false));
     }
 }

@@ -14,8 +14,7 @@ use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::PassSums;
-use super::resample::{Rounds, nearest_crowd, resample};
-use super::scale::PeakDoubt;
+use super::proposal::{Rounds, is_small, scale};
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
 use super::weighting::Weighting;
@@ -29,9 +28,8 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{
-    ANNEALING, CROWD_SCALE, FIRST_NOISE_PX, FIRST_SCALE_PX, LEAST_SCALE_PX, MIN_DISPARITY_PX,
-    NEGLIGIBLE, PEAK_OVER_NOISE, RESAMPLED, SECOND_SCALE_PX, SETTLED, SLOW_ANNEALING, TIGHT_TUKEY,
-    TRACK_PASSES, TUKEY, YAW_DEVIATIONS,
+    ANNEALING, FEW, LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, SETTLED,
+    SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -39,8 +37,6 @@ use crate::thresholds::{
 enum Second {
     Possible,
     /// The first one has ended in doubt.
-    Due(PeakDoubt),
-    /// In a small batch, after its first round.
     Begun(Rounds),
     Taken,
 }
@@ -68,8 +64,6 @@ pub(crate) struct PairSolver<T: Scalar> {
     prior: Information<T>,
     /// Whether correspondences of high leverage were inliers in the last pairs.
     trusts_leverage: bool,
-    /// Ratio of successive scales.
-    annealing: T,
     /// Sum of the steps from the start, rad.
     moved: Vector5<T>,
     /// Loss of the next pass.
@@ -94,14 +88,13 @@ impl<T: Scalar> PairSolver<T> {
         start: RectifyingRotations<T>,
         max_passes: u16,
     ) -> Self {
-        let [_, most_px] = FIRST_SCALE_PX;
         let iterate = Iterate {
             focal,
             noise_floor: T::single(config.noise_floor_px),
             needed: config.min_correspondences,
             start,
             pose: start,
-            noise: T::lit(FIRST_NOISE_PX),
+            noise: T::lit(LEAST_SCALE_PX),
             tukey: T::lit(TUKEY),
             leverage: None,
             fitted: T::ZERO,
@@ -111,21 +104,15 @@ impl<T: Scalar> PairSolver<T> {
             iterate,
             prior: Information(Symmetric5::of_diagonal([config.prior(); 5])),
             trusts_leverage: false,
-            annealing: T::lit(ANNEALING),
             moved: Vector5::zeros(),
-            // The first pass may begin lower.
-            schedule: Schedule::Anneal(T::lit(most_px)),
+            // The first pass begins higher.
+            schedule: Schedule::Anneal(T::lit(WIDE_SCALE_PX)),
             descent: Descent::NEW,
             second: Second::Possible,
             passes: 0,
             max_passes: max_passes.saturating_sub(1).max(1),
             stop: None,
         }
-    }
-
-    /// Anneals slower: the sums of a small batch follow only small changes of the loss.
-    pub(crate) fn among_few(self) -> Self {
-        Self { annealing: T::lit(SLOW_ANNEALING), ..self }
     }
 
     /// Starts a track; `None` if the covariance of the start has no inverse.
@@ -156,15 +143,11 @@ impl<T: Scalar> PairSolver<T> {
             (None, Schedule::Track(_)) => {
                 self.step(&self.pass(matches), matches.len());
             }
-            (None, _) if matches!(self.second, Second::Due(_) | Second::Begun(_)) => {
-                self.passes = self.passes.saturating_add(1);
-                if matches.len() <= RESAMPLED {
-                    self.take_round(matches);
-                } else {
-                    self.start_again(matches);
-                }
-            }
             (None, Schedule::Anneal(_) | Schedule::Polish) => {
+                if let Second::Begun(rounds) = self.second {
+                    self.take_round(rounds, matches);
+                    return Ok(());
+                }
                 if self.passes == 0 {
                     self.schedule = Schedule::Anneal(self.first_scale(matches));
                 }
@@ -231,9 +214,8 @@ impl<T: Scalar> PairSolver<T> {
     /// Goes back to the best point, and takes a step with more damping.
     fn go_back(&mut self, best: &Point<T>) {
         (self.iterate.pose, self.moved) = (best.pose, best.moved);
-        if !self.descent.damp() {
-            self.stop = Some(Stop::NoDescent);
-        } else if self.passes >= self.max_passes {
+        self.descent.damp();
+        if self.passes >= self.max_passes {
             self.stop = Some(Stop::PassesSpent);
         } else if self.take_step(&best.joint).is_none() {
             self.stop = Some(Stop::NoDescent);
@@ -295,41 +277,20 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Starts again where another pose is clearly better: at one of two near crowds, or through a small sample.
+    /// One round of the second start, from the pose of the round before. After the last one the annealing continues, if
+    /// the pose is another one.
     #[inline(never)]
-    fn start_again(&mut self, matches: &[RayPair<T>]) {
+    fn take_round(&mut self, mut rounds: Rounds, matches: &[RayPair<T>]) {
+        self.passes = self.passes.saturating_add(1);
         let (by, noise) = (self.weighting(), self.iterate.noise);
-        let near = || Some((nearest_crowd(&by, matches, noise)?, T::lit(CROWD_SCALE) * noise));
-        let far = || Some((resample(&by, matches, noise)?, T::lit(SECOND_SCALE_PX)));
-        let start = match self.second {
-            Second::Due(PeakDoubt::Wide) => near().or_else(far),
-            _ => far(),
-        };
-        self.second = Second::Taken;
-        if let Some((d, scale)) = start
-            && self.moves(&d).is_some()
-        {
-            self.schedule = Schedule::Anneal(scale);
-        }
-    }
-
-    /// One round of the second start in a small batch, from the pose of the round before. After the last one the
-    /// annealing goes on at the noise, if a round has found a better pose.
-    #[inline(never)]
-    fn take_round(&mut self, matches: &[RayPair<T>]) {
-        let mut rounds = match self.second {
-            Second::Begun(rounds) => rounds,
-            Second::Due(doubt) => Rounds::of(doubt),
-            Second::Possible | Second::Taken => return,
-        };
-        let (by, noise) = (self.weighting(), self.iterate.noise);
-        let step = rounds.take(&by, matches, noise, &self.prior);
+        let scale = scale(noise);
+        let step = rounds.take(&by, matches, scale, &self.prior);
         rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();
         self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
             Second::Begun(rounds)
         } else {
             if rounds.moved {
-                self.schedule = Schedule::Anneal(noise.max(T::lit(LEAST_SCALE_PX)));
+                self.schedule = Schedule::Anneal(scale);
             }
             Second::Taken
         };
@@ -355,16 +316,19 @@ impl<T: Scalar> PairSolver<T> {
         let peak = seen.map(|peak| peak.level.max(floor));
         match self.schedule {
             Schedule::Anneal(scale) => {
-                let (schedule, noise) = Schedule::after_annealing(scale, self.annealing, peak);
+                // The sums of few matches follow only small changes of the loss.
+                let are_few = pass.usable <= T::lit(FEW);
+                let annealing = T::lit(if are_few { SLOW_ANNEALING } else { ANNEALING });
+                let (schedule, noise) = Schedule::after_annealing(scale, annealing, peak);
                 self.schedule = schedule;
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;
-                    let doubt = seen.map_or(Some(PeakDoubt::OfFew), |peak| peak.doubt(pass.usable));
+                    let is_small = is_small(pass.usable);
+                    let is_doubtful = seen.is_none_or(|peak| peak.is_doubtful(is_small));
                     // A second start needs a pass of its own, and a step after it.
                     let has_passes = self.passes.saturating_add(1) < self.max_passes;
-                    if let (Some(doubt), Second::Possible, true) = (doubt, self.second, has_passes)
-                    {
-                        self.second = Second::Due(doubt);
+                    if is_doubtful && has_passes && self.second == Second::Possible {
+                        self.second = Second::Begun(Rounds::among(is_small));
                     }
                 }
                 false

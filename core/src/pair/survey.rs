@@ -7,7 +7,7 @@ use super::weighting::{Weighting, tracked};
 use crate::algebra::symmetric5::Symmetric5;
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
-use crate::thresholds::{FIRST_SCALE_MEDIANS, FIRST_SCALE_PX, SURVEYED};
+use crate::thresholds::{FIRST_SCALE_MEDIANS, SURVEYED, WIDE_SCALE_PX};
 
 /// Multiplier of a pseudo-random generator modulo 2^32 (Steele and Vigna, arXiv 2001.05304).
 const MULTIPLIER: u32 = 0xE817_FB2D;
@@ -72,7 +72,7 @@ pub(super) fn survey<'a, T: Scalar>(
 }
 
 /// First scale of a search, px: twice the median residual of the sample at the start, which is mostly the error of the
-/// start.
+/// start, but at least [`WIDE_SCALE_PX`].
 ///
 /// * `by`: weighting at the start.
 pub(super) fn first_scale<'a, T: Scalar>(
@@ -86,9 +86,8 @@ pub(super) fn first_scale<'a, T: Scalar>(
             let _ = squares.push(constraint.value * constraint.value * by.precision(&constraint));
         }
     }
-    let [least, most] = FIRST_SCALE_PX.map(T::lit);
-    median(&squares)
-        .map_or(most, |median| (T::lit(FIRST_SCALE_MEDIANS) * median.sqrt()).clamp(least, most))
+    let typical = median(&squares).unwrap_or(T::ZERO).sqrt();
+    (T::lit(FIRST_SCALE_MEDIANS) * typical).max(T::lit(WIDE_SCALE_PX))
 }
 
 /// The median, of an even number the larger one of the two; `None` of no values and where one is not a number. By

@@ -3,32 +3,30 @@
 /// Tukey's limit in deviations: 95 % efficient. A larger limit admits outliers; a smaller one discards inliers.
 pub(crate) const TUKEY: f64 = 4.685;
 
-/// First scale of the annealed loss, in median residuals of a sample at the start, and its range. A larger scale takes
-/// more passes; a smaller one misses a rig that is further off.
+/// First scale of the annealed loss, in median residuals of a sample at the start, and the least one, px, which no noise
+/// reaches. A larger scale takes more passes; a smaller one misses a rig that is further off.
 pub(crate) const FIRST_SCALE_MEDIANS: f64 = 2.0;
-pub(crate) const FIRST_SCALE_PX: [f64; 2] = [15.0, 480.0];
+pub(crate) const WIDE_SCALE_PX: f64 = 32.0;
 
-/// Ratio of successive scales. It is slower in a batch of at most [`FEW`], which follows only small changes, and faster
-/// above [`WIDE_SCALE_PX`], which no noise reaches. A larger ratio takes more passes; a smaller one loses the basin of
-/// convergence.
+/// Ratio of successive scales: of more than [`FEW`] usable correspondences, of fewer, whose sums follow only small
+/// changes, and above [`WIDE_SCALE_PX`]. A larger ratio takes more passes; a smaller one loses the basin of convergence.
 pub(crate) const ANNEALING: f64 = 0.5;
 pub(crate) const SLOW_ANNEALING: f64 = 0.7;
 pub(crate) const WIDE_ANNEALING: f64 = 0.35;
-pub(crate) const WIDE_SCALE_PX: f64 = 30.0;
-
-/// Largest batch with slow annealing. A larger number takes more passes; a smaller one loses small batches.
-pub(crate) const FEW: usize = 128;
+pub(crate) const FEW: f64 = 128.0;
 
 /// Levels that residuals are counted below, and the first level; each level is `sqrt 2` of the one before, and the last
 /// one is 16 px. More levels cost time; fewer make the first estimate of the noise coarse.
 pub(crate) const LEVELS: usize = 13;
 pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
-/// Requirements of a peak of residuals: its part of the usable ones while the scale falls; its count over that beside it
-/// (outliers alone show 1), also at a pose found from afar; and its excess in deviations of chance, also at a pose that
-/// is not confirmed, and of correspondences of high leverage. Larger values overlook few inliers; smaller ones take chance for a peak.
+/// Part of the usable correspondences in a peak of residuals, while the scale falls, and their count over that beside
+/// it; outliers alone show 1. Larger values overlook few inliers; smaller ones take chance for a peak.
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
+
+/// Excess of a peak over the count beside it, in deviations of chance, also at a pose found from afar or not confirmed,
+/// and of correspondences of high leverage. A larger value overlooks few inliers; a smaller one takes chance for a peak.
 pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
 
 /// Scale of the loss over the peak that it is aimed at. A larger scale ends between two crowds of matches; a smaller
@@ -36,18 +34,17 @@ pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
 pub(crate) const BELOW_PEAK: f64 = 0.7;
 
 /// Scale over the peak at which Tukey takes over, for peaks up to [`NARROW_PX`] and for wider ones, which two crowds
-/// form as well; and scale at which it takes over without a peak. Larger scales end between two crowds; smaller ones
-/// spend passes.
+/// form as well. Larger scales end between two crowds; smaller ones spend passes.
 pub(crate) const POLISH_AT: [f64; 2] = [1.0, 0.3];
 pub(crate) const NARROW_PX: f64 = 0.6;
-pub(crate) const LEAST_SCALE_PX: f64 = 1.0;
+
+/// Scale at which Tukey takes over without a peak, and least scale of a second start. A larger scale ends between two
+/// crowds; a smaller one spends passes.
+pub(crate) const LEAST_SCALE_PX: f64 = 0.7;
 
 /// Peak over the noise of a polish, below which the noise falls back to the peak. A larger ratio follows chance; a
 /// smaller one stays with a compromise of two crowds.
 pub(crate) const PEAK_OVER_NOISE: f64 = 0.6;
-
-/// Noise of a coordinate before the first estimate, which carries no weight until then.
-pub(crate) const FIRST_NOISE_PX: f64 = 1.5;
 
 /// Tukey's limit where a second crowd of matches stands beside the inliers: 65 % efficient. The crowd biases a larger
 /// limit; a smaller one discards inliers.
@@ -59,63 +56,33 @@ pub(crate) const TIGHT_TUKEY: f64 = 2.5;
 pub(crate) const CROWD: f64 = 10.0;
 pub(crate) const CROWD_SHARE: f64 = 0.08;
 
-/// Largest noise of a coordinate, and of a found pose; outliers raise the estimate. A larger limit takes outliers for a
-/// consensus; a smaller one refuses poor matchers.
-pub(crate) const MAX_NOISE_PX: f64 = 8.0;
-pub(crate) const FOUND_NOISE_PX: f64 = 5.5;
+/// Largest noise of a coordinate; outliers raise the estimate, and a found pose is below the limit. A larger limit takes
+/// outliers for a consensus; a smaller one refuses poor matchers.
+pub(crate) const MAX_NOISE_PX: f64 = 5.5;
 
 /// Rise of the robust cost at a fixed scale, in variances, above which a step is taken back: the cost of one outlier.
 /// The limit on leverage, which the cost does not include, causes smaller rises. A larger limit accepts worse poses; a
 /// smaller one spends passes.
 pub(crate) const MAX_RISE: f64 = 3.66;
 
-/// Levenberg-Marquardt: damping after a first rejection, relative to the diagonal; its factors after a further
-/// rejection and after an acceptance; its range. Damping below the range is zero; above it there is no descent. Larger
-/// values take more passes; smaller ones are rejected again.
-pub(crate) const FIRST_DAMPING: f64 = 0.3;
-pub(crate) const DAMPING_FACTORS: [f64; 2] = [4.0, 0.125];
-pub(crate) const DAMPING_RANGE: [f64; 2] = [0.02, 1000.0];
+/// Part of the usable correspondences within a peak, below which a second start is due, and the same in a small batch.
+/// It is due at a peak wider than [`NARROW_PX`] as well. Larger parts spend passes; smaller ones stay with a fence.
+pub(crate) const CERTAIN_SHARE: [f64; 2] = [0.6, 0.9];
 
-/// An annealing restarts from a better pose through a small sample if its peak holds a smaller part of the usable
-/// correspondences than the first value, or is wider than the second, px. The third is the scale of the restart, px. A
-/// narrower peak above [`NARROW_PX`] may hold two near crowds. Larger values spend passes; smaller ones stay with a
-/// fence.
-pub(crate) const SECOND_BELOW: f64 = 0.6;
-pub(crate) const BROAD_PX: f64 = 2.1;
-pub(crate) const SECOND_SCALE_PX: f64 = 4.0;
-
-/// Poses through small samples: correspondences that they are drawn from, number of poses, correspondences in each, and
-/// the prior of the directions that a sample leaves free. Larger numbers cost time; smaller ones miss more.
-pub(crate) const RESAMPLED: usize = 64;
-pub(crate) const RESAMPLES: usize = 64;
-pub(crate) const SAMPLE: usize = 3;
-pub(crate) const RESAMPLE_SD_RAD: f64 = 0.03;
-
-/// Scale of the score of a sampled pose: least, px, and over the noise. And the score by which it is better than the
-/// pose before: a factor, and correspondences. Larger values overlook a second crowd; smaller ones follow chance.
-pub(crate) const RESAMPLE_SCALE: [f64; 2] = [1.0, 0.3];
-pub(crate) const RESAMPLE_GAIN: f64 = 1.1;
-pub(crate) const RESAMPLE_SCORE: f64 = 0.5;
-
-/// Second start of a batch of at most [`RESAMPLED`]: part of the usable correspondences below which one round runs even
-/// at a narrow peak; rounds otherwise; groups of poses in a round of that many correspondences; poses in a group; and
-/// steps from the best pose of each group to the optimum near it. Larger values cost time; smaller ones miss more.
-pub(crate) const SMALL_SECOND_BELOW: f64 = 0.9;
-pub(crate) const ROUNDS: u8 = 4;
+/// Rounds of a second start, and in a small batch; correspondences that poses are drawn from; groups of poses in a round
+/// of that many correspondences; poses in a group; correspondences in a sample; and steps from the best pose of a group
+/// to the optimum near it. Larger values cost time; smaller ones miss more.
+pub(crate) const ROUNDS: [u8; 2] = [1, 3];
+pub(crate) const SAMPLED: usize = 64;
 pub(crate) const GROUPS: usize = 3;
 pub(crate) const GROUP: usize = 8;
+pub(crate) const SAMPLE: usize = 3;
 pub(crate) const IMPROVING_STEPS: usize = 3;
 
-/// Score by which such an optimum is better than the pose before, correspondences. A larger value stays with a
-/// compromise; a smaller one follows chance.
-pub(crate) const ROUND_SCORE: f64 = 0.2;
-
-/// Two near crowds: correspondences that measure the larger crowd; scale of its score over the peak that holds both,
-/// which the annealing continues with; and the least scale, px. More correspondences cost time. A larger scale does not
-/// separate the crowds, and a smaller one follows chance.
-pub(crate) const CROWD_SAMPLE: usize = 128;
-pub(crate) const CROWD_SCALE: f64 = 0.4;
-pub(crate) const CROWD_SCALE_PX: f64 = 0.3;
+/// Scale of the score of a pose, over the noise. And score by which it is better than the pose before, correspondences.
+/// Larger values overlook a second crowd; smaller ones follow chance.
+pub(crate) const PROPOSAL_SCALE: f64 = 0.3;
+pub(crate) const PROPOSAL_GAIN: f64 = 0.2;
 
 /// Smallest unit of the loss, in steps of the grid: a narrower loss locks on the mode of rounded rows instead of their
 /// mean. A larger unit dulls the loss; a smaller one biases by 9 to 26 times the bound.
@@ -127,10 +94,6 @@ pub(crate) const NEAR: f64 = 2.0;
 
 /// Limit of an inlier, in units of the loss. A larger limit counts outliers; a smaller one discards inliers.
 pub(crate) const INLIER: f64 = 3.0;
-
-/// Least degrees of freedom per near residual; it keeps the noise of few residuals finite. A larger value understates
-/// the noise; a smaller one lets it grow.
-pub(crate) const MIN_FREEDOM: f64 = 0.5;
 
 /// Disparity below zero that noise may give a match. A larger limit admits outliers behind infinity; a smaller one cuts
 /// far inliers.

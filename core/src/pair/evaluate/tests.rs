@@ -164,6 +164,7 @@ fn a_pose_is_found_by_its_near_residuals_those_beside_them_and_the_noise() {
         let mut evaluated = EvaluatedPose::<f64>::NONE;
         evaluated.stats.usable = 200.0;
         evaluated.stats.within = [near, near, near + beside];
+        evaluated.stats.inner = 0.4 * near;
         evaluated.measurement =
             PairMeasurement { noise, inlier_share: 0.4, crowd, ..evaluated.measurement };
         evaluated.is_found(20)
@@ -172,12 +173,35 @@ fn a_pose_is_found_by_its_near_residuals_those_beside_them_and_the_noise() {
     assert_eq!([79.0, 81.0].map(|near| found(near, 0.0, 1.0, 0.0)), [false, true]);
     assert_eq!([119.0, 121.0].map(|near| found(near, 0.0, 3.0, 0.0)), [false, true]);
     assert_eq!([19.0, 31.0].map(|near| found(near, 0.0, 0.0, 0.0)), [false, true]);
-    // Twice as many as beside them, and beyond chance.
-    assert_eq!([51.0, 49.0].map(|beside| found(100.0, beside, 0.0, 0.0)), [false, true]);
+    // Beyond chance more than beside them.
+    assert_eq!([63.0, 60.0].map(|beside| found(100.0, beside, 0.0, 0.0)), [false, true]);
     assert_eq!([16.0, 7.0].map(|beside| found(32.0, beside, 0.0, 0.0)), [false, true]);
     assert_eq!([5.6, 5.4].map(|noise| found(190.0, 0.0, noise, 0.0)), [false, true]);
     assert_eq!(
         [-0.41, 0.41, 0.39].map(|crowd| found(190.0, 0.0, 1.0, crowd)),
         [false, false, true]
     );
+}
+
+#[test]
+fn a_pose_between_two_crowds_as_large_as_each_other_is_no_optimum() {
+    let iterate = iterate(pose([0.0; 3], [0.0; 2]));
+    // Rows of two crowds, each so far from zero, over the scatter of each.
+    let evaluated = |apart: f64| {
+        let one = |i: u32| {
+            let k = f64::from(i);
+            let side = if i.is_multiple_of(2) { apart } else { -apart };
+            let row = (side + (0.57 * k).sin()) * NOISE / FOCAL;
+            let d = 0.05 + 0.02 * (0.91 * k).sin();
+            let at = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4, d, row];
+            let [x_l, y_l, x_r, y_r] = rays(&iterate.pose, at);
+            RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap()
+        };
+        let pairs: [_; 100] = core::array::from_fn(|i| one(u32::try_from(i).unwrap()));
+        let mut evaluated = EvaluatedPose::NONE;
+        iterate.evaluate(Batch::<f64, 100>::of(&pairs).pairs(), &mut evaluated).unwrap();
+        [evaluated.stats.is_hollow(), !evaluated.has_peak(), !evaluated.is_found(12)]
+    };
+    assert_eq!([0.0, 0.5].map(evaluated), [[false; 3]; 2]);
+    assert_eq!(evaluated(2.0), [true; 3]);
 }

@@ -1,7 +1,7 @@
 //! Matches with a common error: rounded to a grid, or shifted in one half of the image.
 
 use crate::api::presets::{robust, with};
-use crate::api::scene::{cameras, correspondences, rig, take};
+use crate::api::scene::{cameras, correspondences, fill, rig, take};
 use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
@@ -155,6 +155,24 @@ fn the_larger_of_two_crowds_of_matches_is_the_scene() {
         assert!(is_undoubted(proposal.reasons()), "{matches}");
         calibrator.apply().unwrap();
         assert!(calibrator.health().unwrap().may_arm());
+    }
+}
+
+#[test]
+fn poses_between_two_crowds_are_not_fused() {
+    let truth = rig(ROTATION, BASELINE);
+    for (shifted, least) in [(100, 95), (112, 85), (122, 40)] {
+        let (mut of_scene, mut between) = (0, 0);
+        for seed in 0..100 {
+            let mut calibrator = robust::<f32>();
+            fill(&mut calibrator, &fence(shifted, 3.0, seed));
+            let outcome = calibrator.solve_pair();
+            let Some(pair) = outcome.pair.filter(|_| outcome.fused.is_ok()) else { continue };
+            // The noise of a coordinate is 0.35 px; between the crowds residuals are 1 px.
+            between += u32::from(pair.noise_px > 0.7);
+            of_scene += u32::from(Deviation::between(&pair.extrinsics, &truth).rotation < 1.2e-3);
+        }
+        assert!(between <= 5 && of_scene >= least, "{shifted}: {between} {of_scene}");
     }
 }
 
