@@ -99,7 +99,7 @@ impl<T: Scalar> FactoryCalibration<T> {
         self
     }
 
-    /// Length of the baseline, m; [`crate::Calibrator::push_range`] needs it.
+    /// Length of the baseline, m; a [`crate::depth::RangeReading`] needs it.
     ///
     /// # Errors
     /// [`ConfigError::BaselineLength`] unless from 1e-3 to 1e3.
