@@ -95,6 +95,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// A calibrator at the factory calibration: the first pairs are solved from it, and the limit of corrections is measured
     /// from it. Rows alone do not tell yaw: until the rig changes, the estimate keeps the factory yaw, as far as
     /// [`FactoryCalibration::yaw_sd_rad`] trusts it.
+    ///
+    /// Another factory calibration needs a new calibrator: a firmware saves it and restarts.
     // Inlined: written in place, without a copy on the stack.
     #[must_use]
     #[inline(always)]
