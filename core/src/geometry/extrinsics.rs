@@ -58,7 +58,6 @@ impl<T: Scalar> Extrinsics<T> {
     ///
     /// # Errors
     /// [`ExtrinsicsError`]: no rotation, no direction, or a baseline along an optical axis.
-    #[inline(never)]
     pub fn try_new(r: &Matrix3<T>, t: &Vector3<T>) -> Result<Self, ExtrinsicsError> {
         let rotation = so3::nearest_rotation(r).ok_or(ExtrinsicsError::NotARotation)?;
         // Scaled first, because the square of a tiny or huge component under- or overflows.

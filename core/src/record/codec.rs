@@ -25,10 +25,9 @@ pub(super) struct Writer<'a> {
 impl<'a> Writer<'a> {
     /// Writes the header.
     ///
-    /// * `more`: two bytes that the kind gives a meaning.
-    pub(super) fn begin(rest: &'a mut [u8], kind: u8, more: [u8; 2]) -> Self {
+    /// * `x`, `y`: two bytes that the kind gives a meaning.
+    pub(super) fn begin(rest: &'a mut [u8], kind: u8, [x, y]: [u8; 2]) -> Self {
         let mut writer = Self { rest };
-        let [x, y] = more;
         writer.word(u32::from_le_bytes(MAGIC));
         writer.word(u32::from_le_bytes([LAYOUT, kind, x, y]));
         writer

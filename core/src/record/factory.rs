@@ -20,6 +20,14 @@ const RIG_BYTES: usize = 2 * CAMERA_BYTES + 12 * 4;
 
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + RIG_BYTES + 2 * 4;
 
+const fn is_yaw_sd(rad: f32) -> bool {
+    rad >= 1e-6 && rad <= 1.0
+}
+
+const fn is_baseline(metres: f32) -> bool {
+    metres >= 1e-3 && metres <= 1e3
+}
+
 /// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and how well its calibration is known.
 ///
 /// ```
@@ -76,7 +84,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`ConfigError::FactoryYaw`] unless from 1e-6 to 1.
     pub const fn with_yaw_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
-        if rad >= 1e-6 && rad <= 1.0 {
+        if is_yaw_sd(rad) {
             self.yaw_sd_rad = Some(rad);
             Ok(self)
         } else {
@@ -96,7 +104,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`ConfigError::BaselineLength`] unless from 1e-3 to 1e3.
     pub const fn with_baseline_m(mut self, metres: f32) -> Result<Self, ConfigError> {
-        if metres >= 1e-3 && metres <= 1e3 {
+        if is_baseline(metres) {
             self.baseline_m = Some(metres);
             Ok(self)
         } else {
@@ -142,12 +150,11 @@ impl<T: Scalar> FactoryCalibration<T> {
         let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
         let extrinsics = Extrinsics::from_row_major(from.numbers(), from.numbers());
         let extrinsics = extrinsics.map_err(|_| RestoreError::Absurd)?;
-        let absurd = |_| RestoreError::Absurd;
-        let made = Self::new(cameras, extrinsics).without_yaw();
         // 0: unknown.
-        let [yaw, baseline] = from.numbers();
-        let made = if yaw == 0.0 { made } else { made.with_yaw_sd_rad(yaw).map_err(absurd)? };
-        if baseline == 0.0 { Ok(made) } else { made.with_baseline_m(baseline).map_err(absurd) }
+        let known = |number: f32| Some(number).filter(|number| *number != 0.0);
+        let [yaw_sd_rad, baseline_m] = from.numbers().map(known);
+        believe(yaw_sd_rad.is_none_or(is_yaw_sd) && baseline_m.is_none_or(is_baseline))?;
+        Ok(Self { cameras, extrinsics, yaw_sd_rad, baseline_m })
     }
 }
 

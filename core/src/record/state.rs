@@ -21,19 +21,10 @@ use crate::outcome::relief::Relief;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD};
 
-/// Largest information, 1/rad^2: a million pairs of a thousand matches. No configuration sets this range, nor those
-/// below.
-const MAX_INFORMATION: f32 = 1e15;
 /// Largest component of a unit vector, by rounding.
 const UNIT: f32 = 1.0 + 1e-5;
 /// Rounding of a running mean over its largest term.
 const MEAN_ROUNDING: f32 = 1.001;
-/// Largest noise of a coordinate, px.
-const MAX_NOISE: f32 = 1e6;
-/// Largest number of matches in the short window: pairs of a million matches.
-const MAX_MATCHES: f32 = 1e7;
-/// Information on the lens, dimensionless.
-const MAX_LENS_WEIGHT: f32 = 1e10;
 /// Largest yaw, rad, and largest of its variances, rad^2.
 const MAX_YAW: f32 = 10.0;
 
@@ -53,15 +44,19 @@ const VIBRATION: f32 = single(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
 const ABOUT: [Range; 2] = [(3, -PI, PI), (3, -UNIT, UNIT)];
 /// Numbers of [`Learned::numbers`].
 const LEARNED: [Range; 15] = [
-    (15 + 2 + 3, -MAX_INFORMATION, MAX_INFORMATION),
+    // Information, 1/rad^2: a million pairs of a thousand matches. No configuration sets this range, nor those below.
+    (15 + 2 + 3, -1e15, 1e15),
     (30, -MAX_RESPONSE, MAX_RESPONSE),
     (1, 0.0, CHI_SQUARE),
-    (1, 0.0, MAX_NOISE),
+    // Noise of a coordinate, px.
+    (1, 0.0, 1e6),
     (1, 0.0, MEAN_ROUNDING),
     (1, -MEAN_ROUNDING, MEAN_ROUNDING),
-    (2, 0.0, MAX_MATCHES),
+    // Matches in the short window: pairs of a million matches.
+    (2, 0.0, 1e7),
     (4, -LENS, LENS),
-    (2, 0.0, MAX_LENS_WEIGHT),
+    // Information on the lens, dimensionless.
+    (2, 0.0, 1e10),
     (2, 0.0, VIBRATION),
     (2, 0.0, 1.0),
     (1, 0.0, 1.0),
@@ -158,17 +153,21 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.has_lens(&self.estimator.context(&self.config, &self.factory))
     }
 
-    /// Takes up the estimate of a record.
+    /// Reads a record and takes up its estimate.
     #[inline(never)]
     fn resume(&mut self, read: &mut Read<'_, Self, T>) -> Result<bool, RestoreError> {
         let mut learned = Learned::nothing();
         let found = read(self, &mut learned)?;
-        if found {
-            let context = self.estimator.context(&self.config, &self.factory);
-            believe(self.estimator.resume(&learned, &context).is_some())?;
-            self.corrected = self.corrected(&learned.correction())?;
-        }
-        Ok(found)
+        if found { self.take_up(&learned).map(|()| true) } else { Ok(false) }
+    }
+
+    // Apart: the record is off the stack, and these values are not on it while the record is read.
+    #[inline(never)]
+    fn take_up(&mut self, learned: &Learned<T>) -> Result<(), RestoreError> {
+        let context = self.estimator.context(&self.config, &self.factory);
+        believe(self.estimator.resume(learned, &context).is_some())?;
+        self.corrected = self.corrected(&learned.correction())?;
+        Ok(())
     }
 
     /// Reads a record: its calibrations into a reset calibrator, which still has the generation before the reset, and its

@@ -123,7 +123,7 @@ impl<T: Scalar> SavePolicy<T> {
         self.saved(calibrator, Duration::ZERO);
         self.last = None;
         // Re-locking after a restore triggers no save.
-        self.saved = self.saved.map(|saved| Saved { was_locked: saved.place.is_some(), ..saved });
+        self.saved.iter_mut().for_each(|saved| saved.was_locked = saved.place.is_some());
     }
 
     fn reason<const N: usize>(

@@ -137,7 +137,7 @@ fn tracks(
     }
     tracks.end();
     show(tracks.quads().len());
-    show(calibrator.push_witness(tracks).map_err(|error| error.code()));
+    show(calibrator.push_witness(&mut *tracks).map_err(|error| error.code()));
     tracks.restart();
 }
 
