@@ -37,7 +37,8 @@ pub unsafe extern "C" fn selfcal_requirements(
 }
 
 /// Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use,
-/// with the same or another factory calibration. The generation is 0 then. `selfcal_in_use` has the calibration to load the rectifier with at start.
+/// with the same or another factory calibration. The generation is 0 then. `selfcal_in_use` has the calibration to load
+/// the rectifier with at start.
 ///
 /// * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
 /// * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
