@@ -9,12 +9,12 @@ mod step;
 mod witness;
 
 pub use calibration::Calibration;
+pub use witness::Witness;
 
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::batch::{Batch, Pushed};
 use crate::config::Config;
-use crate::depth::mount::MountYaw;
 use crate::error::{ApplyError, PushError, Rejection};
 use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::cause::Causes;
@@ -35,7 +35,7 @@ use step::Step;
 /// pass over the batch, except [`Calibrator::take_pair`] and [`Calibrator::solve_pair`], which take all of them.
 ///
 /// The batch holds the correspondences of one pair: those pushed since the last pair ended. A pair ends with its outcome,
-/// fused or not. After that only [`Calibrator::health`] and [`Calibrator::push_range`] read the batch, and the next
+/// fused or not. After that only [`Calibrator::health`] and [`Calibrator::push_witness`] read the batch, and the next
 /// correspondence that is pushed begins a new one.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct it in its static cell with
@@ -95,6 +95,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// A calibrator at the factory calibration: the first pairs are solved from it, and the limit of corrections is measured
     /// from it. Rows alone do not tell yaw: until the rig changes, the estimate keeps the factory yaw, as far as
     /// [`FactoryCalibration::yaw_sd_rad`] trusts it.
+    ///
+    /// Another factory calibration needs a new calibrator: a firmware saves it and restarts.
     // Inlined: written in place, without a copy on the stack.
     #[must_use]
     #[inline(always)]
@@ -115,20 +117,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             batch: Batch::new(),
             estimator: Estimator::new(&config, factory.yaw_sd_rad.is_some()),
         }
-    }
-
-    /// Begins anew with another factory calibration, in place: assigning a new calibrator would need its size on the
-    /// stack. The generation changes if the calibration in use does.
-    #[inline(never)]
-    pub fn install(&mut self, factory: &FactoryCalibration<T>) {
-        let Calibration { cameras, extrinsics, generation } = self.in_use();
-        self.factory = *factory;
-        if let Some(mount) = self.estimator.mount_mut() {
-            *mount = factory.yaw_sd_rad.map_or(MountYaw::UNKNOWN, |_| MountYaw::CALIBRATED);
-        }
-        self.reset();
-        let changed = (cameras, extrinsics) != (factory.cameras, factory.extrinsics);
-        self.generation = generation.wrapping_add(changed.into());
     }
 
     /// Returns to the factory calibration, forgets batch, pair and fused pairs, and releases a freeze.
@@ -189,11 +177,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.step = Step::Collecting;
         self.batch.clear();
         self.estimator.discard();
-    }
-
-    /// The factory calibration.
-    pub const fn factory(&self) -> &FactoryCalibration<T> {
-        &self.factory
     }
 
     /// How far the estimate can be relied on.
@@ -288,15 +271,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         &self.batch
     }
 
-    /// Whether every length is within the capacity of its array. False only if the memory of the calibrator has been
-    /// overwritten from outside.
-    #[doc(hidden)]
-    pub fn has_valid_lengths(&self) -> bool {
-        self.batch.is_within() && self.estimator.is_within()
-    }
-
     /// Whether a pair is being solved: until it has ended correspondences are refused.
     pub(crate) fn is_solving(&self) -> bool {
         matches!(self.step, Step::Solving | Step::Solved)
     }
+}
+
+/// Whether every length is within the capacity of its array. False only if the memory of the calibrator has been
+/// overwritten from outside, which the C library checks in each call.
+#[doc(hidden)]
+pub fn has_valid_lengths<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> bool {
+    calibrator.batch.is_within() && calibrator.estimator.is_within()
 }

@@ -82,7 +82,7 @@
 //! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; it names the likeliest mistake, if pairs show one. |
 //! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`geometry::RectifyError`] | [`Calibration::homographies`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
-//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_range`], [`Calibrator::push_motion`] | `NotLocked`: read again later. `Contradicts`, again and again: the sensor, or its scale. |
+//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_witness`] | `NotLocked`: read again later. `Contradicts`, again and again: the sensor, or its scale. |
 //! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Go on: the calibrator starts from the factory calibration. |
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the cameras set are of another image. |
 //! | [`link::HeaderError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
@@ -182,7 +182,9 @@ mod readme {}
 pub use nalgebra;
 
 pub use batch::correspondence::{Cameras, Correspondence};
-pub use calibrator::{Calibration, Calibrator};
+#[doc(hidden)]
+pub use calibrator::has_valid_lengths;
+pub use calibrator::{Calibration, Calibrator, Witness};
 pub use config::{Config, LensPrior, LensTracking};
 pub use error::{ApplyError, ConfigError, PushError, Rejection, RestoreError};
 pub use geometry::camera::{Camera, Intrinsics};

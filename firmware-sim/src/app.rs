@@ -89,7 +89,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     }
 
     /// Joins the matches that the matcher sends with a track, and passes them on in the call that ends a pair: a measurement
-    /// of the yaw while the rig moves. See [`Calibrator::push_motion`] for its work.
+    /// of the yaw while the rig moves. See [`Calibrator::push_witness`] for its work.
     #[must_use]
     pub fn tracking(self, tracks: &'a mut Tracks<f32, N>) -> Self {
         Self { tracks: Some(tracks), ..self }
@@ -148,7 +148,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         };
         self.stage = Stage::Finished;
         let tracks = self.tracks.as_deref_mut().filter(|tracks| !tracks.quads().is_empty());
-        let motion = tracks.map(|tracks| self.calibrator.push_tracks(tracks));
+        let motion = tracks.map(|tracks| self.calibrator.push_witness(tracks));
         if self.applies {
             // An estimate that is not locked, or doubted, is not applied; the health says so.
             let _ = self.calibrator.apply();
@@ -173,7 +173,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// # Errors
     /// [`RangeError`]. The estimate is unchanged.
     pub fn push_range(&mut self, reading: &RangeReading<f32>) -> Result<Witnessed, RangeError> {
-        self.calibrator.push_range(reading)
+        self.calibrator.push_witness(reading)
     }
 
     /// Puts the estimate into use and returns it, with the cameras that it belongs to: `p_r = R p_l + t`.

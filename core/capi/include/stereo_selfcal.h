@@ -81,7 +81,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (653 + ((23 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_STORAGE_WORDS (667 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -1965,7 +1965,7 @@ selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
                               float pixel[2]);
 
 /**
- * English text of the parameter or quantity that `selfcal_init` and `selfcal_install` refuse; never null, `"no
+ * English text of the parameter or quantity that `selfcal_init` refuses; never null, `"no
  * error"` where both arguments are valid.
  *
  * * `config`, `factory`: either may be null, and is not checked then.
@@ -1996,8 +1996,9 @@ selfcal_error_t selfcal_factory_from_record(struct selfcal_factory_t *factory,
 selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements);
 
 /**
- * Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use.
- * The generation is 0 then. `selfcal_in_use` has the calibration to load the rectifier with at start.
+ * Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use,
+ * with the same or another factory calibration. The generation is 0 then. `selfcal_in_use` has the calibration to load
+ * the rectifier with at start.
  *
  * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
  * * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
@@ -2008,13 +2009,6 @@ selfcal_error_t selfcal_init(struct selfcal_t *cal,
                              size_t size,
                              const struct selfcal_config_t *config,
                              const struct selfcal_factory_t *factory);
-
-/**
- * Begins anew with another factory calibration, and keeps the configuration. The generation changes if the
- * calibration in use does.
- */
-selfcal_error_t selfcal_install(struct selfcal_t *cal,
-                                const struct selfcal_factory_t *factory);
 
 /**
  * Returns to the factory calibration, releases a freeze, and forgets batch and fused pairs.

@@ -84,7 +84,7 @@ pub(crate) unsafe fn factory(
     given.core().map_err(|_| SELFCAL_ERROR_FACTORY)
 }
 
-/// English text of the parameter or quantity that `selfcal_init` and `selfcal_install` refuse; never null, `"no
+/// English text of the parameter or quantity that `selfcal_init` refuses; never null, `"no
 /// error"` where both arguments are valid.
 ///
 /// * `config`, `factory`: either may be null, and is not checked then.

@@ -2,7 +2,7 @@
 
 use core::mem::MaybeUninit;
 
-use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
+use stereo_selfcal::{Calibrator, Cameras, Config, FactoryCalibration, has_valid_lengths};
 
 use crate::capacity::{
     SELFCAL_CAPACITY, SELFCAL_STORAGE_ALIGN, SELFCAL_STORAGE_SIZE, SELFCAL_STORAGE_WORDS,
@@ -29,6 +29,8 @@ const _: () = assert!(align_of::<Instance>() <= SELFCAL_STORAGE_ALIGN);
 #[repr(C)]
 pub(crate) struct Instance {
     magic: [u32; 3],
+    /// The cameras as given.
+    pub(crate) cameras: Cameras<f32>,
     pub(crate) calibrator: Held,
 }
 
@@ -56,6 +58,7 @@ pub(crate) unsafe fn place(
     // SAFETY: not null, aligned and large enough. Field by field: keeps the whole off the stack.
     unsafe {
         (&raw mut (*place).calibrator).write(Calibrator::new(config, factory));
+        (&raw mut (*place).cameras).write(factory.cameras);
         (&raw mut (*place).magic).write(Instance::MAGIC);
     }
     Ok(())
@@ -89,6 +92,6 @@ pub(crate) unsafe fn shared<'a>(
 
 /// Refuses lengths beyond their arrays: an access would leave the storage.
 fn check_lengths(instance: &Instance) -> Result<(), selfcal_error_t> {
-    let valid = instance.calibrator.has_valid_lengths();
+    let valid = has_valid_lengths(&instance.calibrator);
     if valid { Ok(()) } else { Err(selfcal_error_t::SELFCAL_ERROR_NOT_INITIALISED) }
 }

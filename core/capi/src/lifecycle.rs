@@ -36,8 +36,9 @@ pub unsafe extern "C" fn selfcal_requirements(
     })
 }
 
-/// Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use.
-/// The generation is 0 then. `selfcal_in_use` has the calibration to load the rectifier with at start.
+/// Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use,
+/// with the same or another factory calibration. The generation is 0 then. `selfcal_in_use` has the calibration to load
+/// the rectifier with at start.
 ///
 /// * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
 /// * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
@@ -59,21 +60,6 @@ pub unsafe extern "C" fn selfcal_init(
         };
         // SAFETY: as above.
         unsafe { place(cal, size, config, &self::factory(factory)?) }
-    })
-}
-
-/// Begins anew with another factory calibration, and keeps the configuration. The generation changes if the
-/// calibration in use does.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn selfcal_install(
-    cal: *mut selfcal_t,
-    factory: *const selfcal_factory_t,
-) -> selfcal_error_t {
-    status(|| {
-        // SAFETY: the caller keeps the contract of the crate.
-        let (instance, factory) = unsafe { (exclusive(cal)?, self::factory(factory)?) };
-        instance.calibrator.install(&factory);
-        Ok(())
     })
 }
 

@@ -84,7 +84,7 @@ fn calibration(
     let cameras = match correction {
         None => calibrator.in_use().cameras,
         Some(correction) => {
-            let corrected = calibrator.factory().cameras.corrected(&correction);
+            let corrected = instance.cameras.corrected(&correction);
             corrected.map_err(|_| SELFCAL_ERROR_INCONSISTENT)?
         }
     };

@@ -99,7 +99,7 @@ pub unsafe extern "C" fn selfcal_push_tracks(
             let instance = exclusive(cal)?;
             (instance, marked::exclusive(tracks.cast::<Joined>())?, Out::optional(witnessed)?)
         };
-        out.set(instance.calibrator.push_tracks(&mut joined.tracks)?.into());
+        out.set(instance.calibrator.push_witness(&mut joined.tracks)?.into());
         Ok(())
     })
 }

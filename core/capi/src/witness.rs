@@ -79,7 +79,7 @@ pub unsafe extern "C" fn selfcal_push_range(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, range, out) =
             unsafe { (exclusive(cal)?, read(range)?, Out::optional(witnessed)?) };
-        out.set(instance.calibrator.push_range(&(&range).into())?.into());
+        out.set(instance.calibrator.push_witness(&RangeReading::from(&range))?.into());
         Ok(())
     })
 }
@@ -112,7 +112,7 @@ pub unsafe extern "C" fn selfcal_track(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, pair, out) =
             unsafe { (shared(cal)?, [read(before)?, read(after)?], Out::checked(tracked.cast())?) };
-        let cameras = &instance.calibrator.factory().cameras;
+        let cameras = &instance.cameras;
         let [before, after] = pair.each_ref().map(|c| cameras.rays(&c.into()));
         let tracked: Tracked = [before?, after?];
         out.set(tracked);
@@ -139,7 +139,7 @@ pub unsafe extern "C" fn selfcal_push_motion(
         // SAFETY: of the same size, and of no larger alignment; rays are valid with any bits.
         let tracked: &[Tracked] =
             unsafe { core::slice::from_raw_parts(tracked.as_ptr().cast(), tracked.len()) };
-        out.set(instance.calibrator.push_motion(tracked)?.into());
+        out.set(instance.calibrator.push_witness(tracked)?.into());
         Ok(())
     })
 }

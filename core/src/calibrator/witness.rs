@@ -1,5 +1,7 @@
 //! Witnesses of the mount yaw: measurements that tell it from the apparent yaw of the lens.
 
+use core::fmt::Debug;
+
 use super::Calibrator;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::is_within_rows;
@@ -12,94 +14,124 @@ use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{LENS_FOUND, MAX_CONFIRMED_YAW_RAD, RANGE_REACH_PX, TRACK_NOISE};
 
+/// A measurement that tells the mount yaw from the apparent yaw of the lens; [`Calibrator::push_witness`] adds it. The
+/// trait is sealed.
+pub trait Witness<T: Scalar>: sealed::Witness<T> {}
+
+impl<T: Scalar, W: sealed::Witness<T>> Witness<T> for W {}
+
+mod sealed {
+    use super::{Calibrator, Debug, Scalar, Witnessed};
+
+    pub trait Witness<T: Scalar> {
+        /// Why it was not taken.
+        type Error: Debug;
+
+        fn add_to<const N: usize>(
+            self,
+            calibrator: &mut Calibrator<T, N>,
+        ) -> Result<Witnessed, Self::Error>;
+    }
+}
+
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Adds matches that were tracked from one pair to a later one while the rig moved, once the later one has ended: rays of
-    /// both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by several lengths of
-    /// its baseline (2 to 6 m of a vehicle); up to 256 matches are read, 17 times.
+    /// Adds a witness of the mount yaw, once the pair that shows it has ended and before the next one.
+    ///
+    /// * `&RangeReading`: a point of known distance. Its own match ([`RangeReading::right`]), or else the nearest match
+    ///   within 3 px in the left image, gives the yaw. The match must fit the estimate. Five readings of 1 %, or ten of
+    ///   3 %, are enough. At most one pass over the batch.
+    /// * `&[[RayPair; 2]]`: matches that were tracked from an earlier pair to the last one while the rig moved: rays of
+    ///   both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by several lengths of
+    ///   its baseline (2 to 6 m of a vehicle); up to 256 matches are read, 17 times.
+    /// * `&mut Tracks`: those that an earlier frame and that of the last pair share ([`Tracks::quads`]). After a
+    ///   measurement the last frame is the earlier one; until the rig has moved far enough, later frames are joined to
+    ///   the same one.
+    ///
+    /// A witness that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more of its kind in a row agree with
+    /// it than support that yaw, of which three count. [`crate::Health::contradicting_ranges`] and
+    /// [`crate::Health::contradicting_motions`] count those that wait, and those that are refused.
     ///
     /// # Errors
-    /// [`MotionError`]; the estimate is unchanged. [`crate::Health::contradicting_motions`] counts those that contradict the yaw.
+    /// [`RangeError`] or [`MotionError`]; the estimate is unchanged. With [`Tracks`], [`MotionError::NoMotion`] and
+    /// [`MotionError::TooFew`] are ordinary.
+    pub fn push_witness<W: Witness<T>>(&mut self, witness: W) -> Result<Witnessed, W::Error> {
+        witness.add_to(self)
+    }
+}
+
+impl<T: Scalar> sealed::Witness<T> for &[[RayPair<T>; 2]] {
+    type Error = MotionError;
+
     #[inline(never)]
-    pub fn push_motion(&mut self, tracked: &[[RayPair<T>; 2]]) -> Result<Witnessed, MotionError> {
-        if self.frozen || self.estimator.state() != State::Locked {
+    fn add_to<const N: usize>(self, to: &mut Calibrator<T, N>) -> Result<Witnessed, MotionError> {
+        if to.frozen || to.estimator.state() != State::Locked {
             return Err(MotionError::NotLocked);
         }
-        if tracked.len() < self.config.min_correspondences.into() {
+        if self.len() < to.config.min_correspondences.into() {
             return Err(MotionError::TooFew);
         }
-        let context = &self.estimator.context(&self.config, &self.factory);
-        let (pose, rows) = self.estimator.rows(context).ok_or(MotionError::NotLocked)?;
-        let noise = self.estimator.noise() * T::lit(TRACK_NOISE) / context.focal;
-        let correction = &self.estimator.correction();
-        let found = TurnByMotion::of(&pose, correction, tracked, noise);
+        let context = &to.estimator.context(&to.config, &to.factory);
+        let (pose, rows) = to.estimator.rows(context).ok_or(MotionError::NotLocked)?;
+        let noise = to.estimator.noise() * T::lit(TRACK_NOISE) / context.focal;
+        let correction = &to.estimator.correction();
+        let found = TurnByMotion::of(&pose, correction, self, noise);
         let found = found.ok_or(MotionError::NoMotion)?;
         let most = T::lit(MAX_CONFIRMED_YAW_RAD);
         if !(found.variance <= most * most) {
             return Err(MotionError::NoMotion);
         }
-        let mount = self.estimator.mount_mut().ok_or(MotionError::NotLocked)?;
+        let mount = to.estimator.mount_mut().ok_or(MotionError::NotLocked)?;
         let witnessed = mount.witness(rows.turn + found.turn, found.variance, &rows, context);
-        let [_, count] = &mut self.contradicting;
+        let [_, count] = &mut to.contradicting;
         count_contradiction(count, witnessed);
         witnessed.ok_or(MotionError::Contradicts)
     }
+}
 
-    /// Adds the matches that an earlier frame and that of the last pair share ([`Tracks::quads`]), once the pair has ended.
-    /// After a measurement the last frame is the earlier one; until the rig has moved far enough, later frames are joined to
-    /// the same one. Work: that of [`Calibrator::push_motion`].
-    ///
-    /// # Errors
-    /// As [`Calibrator::push_motion`]; [`MotionError::NoMotion`] and [`MotionError::TooFew`] are ordinary.
-    pub fn push_tracks<const M: usize>(
-        &mut self,
-        tracks: &mut Tracks<T, M>,
-    ) -> Result<Witnessed, MotionError> {
-        let pushed = self.push_motion(tracks.quads());
-        if matches!(pushed, Ok(_) | Err(MotionError::Contradicts)) {
-            tracks.restart();
+impl<T: Scalar, const M: usize> sealed::Witness<T> for &mut Tracks<T, M> {
+    type Error = MotionError;
+
+    fn add_to<const N: usize>(self, to: &mut Calibrator<T, N>) -> Result<Witnessed, MotionError> {
+        let witnessed = self.quads().add_to(to);
+        if matches!(witnessed, Ok(_) | Err(MotionError::Contradicts)) {
+            self.restart();
         }
-        pushed
+        witnessed
     }
+}
 
-    /// Adds a point of known distance. Call it after the pair that shows the point has ended, and before the next pair: its
-    /// own match ([`RangeReading::right`]), or else the nearest match within 3 px in the left image, gives the yaw. The match
-    /// must fit the estimate. Five readings of 1 %, or ten of 3 %, are enough. At most one pass over the batch.
-    ///
-    /// A reading that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more readings in a row agree with it
-    /// than support that yaw, of which three count. [`crate::Health::contradicting_ranges`] counts both kinds of readings
-    /// that contradict it: those that wait, and those that are refused.
-    ///
-    /// # Errors
-    /// [`RangeError`]; the estimate is unchanged.
-    pub fn push_range(&mut self, reading: &RangeReading<T>) -> Result<Witnessed, RangeError> {
-        let baseline_m = self.factory.baseline_m.map(T::single).ok_or(RangeError::NoBaseline)?;
-        if !reading.is_valid() {
+impl<T: Scalar> sealed::Witness<T> for &RangeReading<T> {
+    type Error = RangeError;
+
+    fn add_to<const N: usize>(self, to: &mut Calibrator<T, N>) -> Result<Witnessed, RangeError> {
+        let baseline_m = to.factory.baseline_m.map(T::single).ok_or(RangeError::NoBaseline)?;
+        if !self.is_valid() {
             return Err(RangeError::Reading);
         }
         // The rays of the batch, and so the pose, belong to the corrected cameras.
-        let cameras = &self.corrected;
-        let ray = cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
-        let right = reading.right.map(|pixel| cameras.right.ray(pixel));
+        let cameras = &to.corrected;
+        let ray = cameras.left.ray(self.pixel).map_err(RangeError::Pixel)?;
+        let right = self.right.map(|pixel| cameras.right.ray(pixel));
         let right = right.transpose().map_err(RangeError::Pixel)?;
-        if self.frozen || self.estimator.state() != State::Locked {
+        if to.frozen || to.estimator.state() != State::Locked {
             return Err(RangeError::NotLocked);
         }
-        let context = &self.estimator.context(&self.config, &self.factory);
-        let (pose, rows) = self.estimator.rows(context).ok_or(RangeError::NotLocked)?;
-        let noise = self.estimator.noise() / context.focal;
+        let context = &to.estimator.context(&to.config, &to.factory);
+        let (pose, rows) = to.estimator.rows(context).ok_or(RangeError::NotLocked)?;
+        let noise = to.estimator.noise() / context.focal;
         let reach = T::lit(RANGE_REACH_PX) / context.focal;
         let most = T::lit(LENS_FOUND) * (noise + noise);
         let pair = match right {
             Some(right) => RayPair::try_new(ray.into(), right.into())
                 .filter(|own| is_within_rows(own, &pose, most)),
-            None => self.batch.nearest(&ray, reach, &pose, most).copied(),
+            None => to.batch.nearest(&ray, reach, &pose, most).copied(),
         };
         let pair = &pair.ok_or(RangeError::NoMatch)?;
-        let known = reading.inverse_depth(&ray, baseline_m);
+        let known = self.inverse_depth(&ray, baseline_m);
         let [turn, variance] = known.turn(&pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
-        let mount = self.estimator.mount_mut().ok_or(RangeError::NotLocked)?;
+        let mount = to.estimator.mount_mut().ok_or(RangeError::NotLocked)?;
         let witnessed = mount.witness(rows.turn + turn, variance, &rows, context);
-        let [count, _] = &mut self.contradicting;
+        let [count, _] = &mut to.contradicting;
         count_contradiction(count, witnessed);
         witnessed.ok_or(RangeError::Contradicts)
     }

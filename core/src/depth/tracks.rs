@@ -1,7 +1,7 @@
 //! Join of tracked matches of two frames, by the numbers of their tracks.
 //!
 //! Each frame is joined to the same earlier one, so that the rig can move far enough for
-//! [`Calibrator::push_tracks`](crate::Calibrator::push_tracks), until more than half of its tracks are lost. A track is looked
+//! [`Calibrator::push_witness`](crate::Calibrator::push_witness), until more than half of its tracks are lost. A track is looked
 //! up at the remainder of its number: no search and no sorting. Tracks that the last frame has too come first in the list.
 
 use crate::batch::correspondence::RayPair;
@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 /// A frame is [`Tracks::begin`], [`Tracks::push`] for each match, [`Tracks::end`];
 /// [`Tracking`](crate::link::Tracking) does this for the frames of a matcher. A push takes constant time.
 ///
-/// RAM: 66 bytes a track in `f32`, and 8. [`Calibrator::push_motion`](crate::Calibrator::push_motion) reads up to 256.
+/// RAM: 66 bytes a track in `f32`, and 8. [`Calibrator::push_witness`](crate::Calibrator::push_witness) reads up to 256.
 #[derive(Debug, Clone)]
 pub struct Tracks<T: Scalar, const N: usize> {
     /// Rays in the earlier frame, and in the last one that has the track.

@@ -84,10 +84,10 @@ pub struct Health<T: Scalar> {
     /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. With one, the numbers
     /// above say nothing of the calibration in use.
     pub cause: Option<Cause>,
-    /// Readings of [`crate::Calibrator::push_range`] since the last reset that contradicted the yaw: they were refused, or
+    /// Range readings ([`crate::Calibrator::push_witness`]) since the last reset that contradicted the yaw: they were refused, or
     /// wait until more of them agree. Saturates.
     pub contradicting_ranges: u16,
-    /// As [`Health::contradicting_ranges`], for motions of [`crate::Calibrator::push_motion`].
+    /// As [`Health::contradicting_ranges`], for tracked matches.
     pub contradicting_motions: u16,
     /// Reasons not to rely on the calibration in use; [`Health::may_arm`] answers an arming check. Vibration
     /// ([`Proposal::vibration`]) is in both RMS, and the arming check leaves it out.

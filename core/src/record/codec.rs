@@ -3,7 +3,6 @@
 use super::{LAYOUT, MAGIC};
 use crate::checksum;
 use crate::error::RestoreError;
-use crate::geometry::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
 
 /// Numbers that follow each other: how many, the least and the largest that each may be.
@@ -20,21 +19,15 @@ pub(super) const fn bytes_of(mut ranges: &[Range]) -> usize {
 
 /// Writer into a record of fixed length.
 pub(super) struct Writer<'a> {
-    rest: &'a mut [u8],
+    pub(super) rest: &'a mut [u8],
 }
 
 impl<'a> Writer<'a> {
-    /// Writer without a header, for a fingerprint.
-    pub(super) fn plain(rest: &'a mut [u8]) -> Self {
-        Self { rest }
-    }
-
     /// Writes the header.
     ///
-    /// * `more`: two bytes that the kind gives a meaning.
-    pub(super) fn begin(rest: &'a mut [u8], kind: u8, more: [u8; 2]) -> Self {
+    /// * `x`, `y`: two bytes that the kind gives a meaning.
+    pub(super) fn begin(rest: &'a mut [u8], kind: u8, [x, y]: [u8; 2]) -> Self {
         let mut writer = Self { rest };
-        let [x, y] = more;
         writer.word(u32::from_le_bytes(MAGIC));
         writer.word(u32::from_le_bytes([LAYOUT, kind, x, y]));
         writer
@@ -55,12 +48,6 @@ impl<'a> Writer<'a> {
             self.word(number.to_single().to_bits());
         }
     }
-
-    /// Writes `R` row by row, then `t`.
-    pub(super) fn extrinsics<T: Scalar>(&mut self, of: &Extrinsics<T>) {
-        self.numbers(&of.rotation_row_major());
-        self.numbers(of.translation().as_slice());
-    }
 }
 
 /// Sets the last four bytes of a record to the checksum of those before.
@@ -73,7 +60,7 @@ pub(super) fn seal(record: &mut [u8]) {
 /// Reader of a record of the right length and checksum.
 #[derive(Clone)]
 pub(super) struct Reader<'a> {
-    rest: &'a [u8],
+    pub(super) rest: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
@@ -131,14 +118,5 @@ impl<'a> Reader<'a> {
         let mut numbers = [T::ZERO; K];
         self.fill(&mut numbers);
         numbers
-    }
-
-    /// Reads `R` row by row, then `t`.
-    ///
-    /// # Errors
-    /// [`RestoreError::Absurd`].
-    pub(super) fn extrinsics<T: Scalar>(&mut self) -> Result<Extrinsics<T>, RestoreError> {
-        let (r, t) = (self.numbers(), self.numbers());
-        Extrinsics::from_row_major(r, t).map_err(|_| RestoreError::Absurd)
     }
 }

@@ -20,12 +20,12 @@ const RIG_BYTES: usize = 2 * CAMERA_BYTES + 12 * 4;
 
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + RIG_BYTES + 2 * 4;
 
-/// Ranges of the standard deviation of the yaw, rad, and of the length of the baseline, m.
-const YAW_SD_RAD: [f32; 2] = [1e-6, 1.0];
-const BASELINE_M: [f32; 2] = [1e-3, 1e3];
+const fn is_yaw_sd(rad: f32) -> bool {
+    rad >= 1e-6 && rad <= 1.0
+}
 
-const fn is_within(number: f32, [least, most]: [f32; 2]) -> bool {
-    number >= least && number <= most
+const fn is_baseline(metres: f32) -> bool {
+    metres >= 1e-3 && metres <= 1e3
 }
 
 /// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and how well its calibration is known.
@@ -84,7 +84,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// # Errors
     /// [`ConfigError::FactoryYaw`] unless from 1e-6 to 1.
     pub const fn with_yaw_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
-        if is_within(rad, YAW_SD_RAD) {
+        if is_yaw_sd(rad) {
             self.yaw_sd_rad = Some(rad);
             Ok(self)
         } else {
@@ -99,12 +99,12 @@ impl<T: Scalar> FactoryCalibration<T> {
         self
     }
 
-    /// Length of the baseline, m; [`crate::Calibrator::push_range`] needs it.
+    /// Length of the baseline, m; a [`crate::depth::RangeReading`] needs it.
     ///
     /// # Errors
     /// [`ConfigError::BaselineLength`] unless from 1e-3 to 1e3.
     pub const fn with_baseline_m(mut self, metres: f32) -> Result<Self, ConfigError> {
-        if is_within(metres, BASELINE_M) {
+        if is_baseline(metres) {
             self.baseline_m = Some(metres);
             Ok(self)
         } else {
@@ -148,32 +148,29 @@ impl<T: Scalar> FactoryCalibration<T> {
         let (mut from, more) = Reader::begin(record, FACTORY, BYTES)?;
         believe(more == [0; 2])?;
         let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
-        let extrinsics = from.extrinsics()?;
-        let yaw_sd_rad = read_known(&mut from, YAW_SD_RAD)?;
-        let baseline_m = read_known(&mut from, BASELINE_M)?;
+        let extrinsics = Extrinsics::from_row_major(from.numbers(), from.numbers());
+        let extrinsics = extrinsics.map_err(|_| RestoreError::Absurd)?;
+        // 0: unknown.
+        let known = |number: f32| Some(number).filter(|number| *number != 0.0);
+        let [yaw_sd_rad, baseline_m] = from.numbers().map(known);
+        believe(yaw_sd_rad.is_none_or(is_yaw_sd) && baseline_m.is_none_or(is_baseline))?;
         Ok(Self { cameras, extrinsics, yaw_sd_rad, baseline_m })
     }
-}
-
-/// Reads a number that is 0 where it is unknown.
-fn read_known(from: &mut Reader<'_>, range: [f32; 2]) -> Result<Option<f32>, RestoreError> {
-    let [number] = from.numbers::<f32, 1>();
-    let known = Some(number).filter(|number| *number != 0.0);
-    believe(known.is_none_or(|number| is_within(number, range))).map(|()| known)
 }
 
 /// A hash that almost surely changes with any number of the cameras or the extrinsics.
 #[inline(never)]
 pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];
-    write_rig(cameras, extrinsics, &mut Writer::plain(&mut rig));
+    write_rig(cameras, extrinsics, &mut Writer { rest: &mut rig });
     checksum::of_record(&rig)
 }
 
 fn write_rig<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>, to: &mut Writer<'_>) {
     write_camera(&cameras.left, to);
     write_camera(&cameras.right, to);
-    to.extrinsics(extrinsics);
+    to.numbers(&extrinsics.rotation_row_major());
+    to.numbers(extrinsics.translation().as_slice());
 }
 
 #[inline(never)]
@@ -189,10 +186,9 @@ fn write_camera<T: Scalar>(camera: &Camera<T>, to: &mut Writer<'_>) {
         Lens::Rational(_) => 3,
     };
     to.word(lens);
-    let mut coefficients = [T::ZERO; 8];
     let own = camera.lens().coefficients();
-    coefficients.iter_mut().zip(own).for_each(|(to, from)| *to = *from);
-    to.numbers(&coefficients);
+    to.numbers(own);
+    to.numbers([T::ZERO; 8].get(own.len()..).unwrap_or_default());
 }
 
 #[inline(never)]
@@ -202,7 +198,6 @@ fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreErr
     let [a, b, c, d] = from.word().to_le_bytes();
     let size = [u16::from_le_bytes([a, b]), u16::from_le_bytes([c, d])];
     let lens = from.word();
-    let mut unused = from.clone();
     let coefficients: [T; 8] = from.numbers();
     let [a, b, c, d, e, ..] = coefficients;
     let lens = match lens {
@@ -214,10 +209,7 @@ fn read_camera<T: Scalar>(from: &mut Reader<'_>) -> Result<Camera<T>, RestoreErr
         3 => Rational::try_new(coefficients).map(Lens::Rational).map_err(absurd)?,
         _ => return Err(RestoreError::Absurd),
     };
-    for _ in lens.coefficients() {
-        unused.word();
-    }
-    let zeros = 8_usize.saturating_sub(lens.coefficients().len());
-    believe(unused.is_within(&[(zeros, 0.0, 0.0)]))?;
+    let mut unused = coefficients.iter().skip(lens.coefficients().len());
+    believe(unused.all(|unused| *unused == T::ZERO))?;
     Camera::try_new(Intrinsics { focal, principal, size }, lens).map_err(absurd)
 }

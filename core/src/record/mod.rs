@@ -19,8 +19,10 @@ const LAYOUT: u8 = 7;
 const FACTORY: u8 = 1;
 const STATE: u8 = 2;
 
-/// Bytes of magic, layout, kind and two bytes more, and of the checksum at the end.
-const OVERHEAD_BYTES: usize = 12;
+/// Bytes of magic, layout, kind and two bytes more.
+const HEADER_BYTES: usize = 8;
+/// Bytes of header and checksum.
+const OVERHEAD_BYTES: usize = HEADER_BYTES + 4;
 
 /// Refuses a number out of its range.
 ///

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::codec::{Range, Reader, Writer, bytes_of, seal};
 use super::factory::{FactoryCalibration, fingerprint};
-use super::{OVERHEAD_BYTES, STATE, believe};
+use super::{HEADER_BYTES, OVERHEAD_BYTES, STATE, believe};
 use crate::algebra::prior_moments::MAX_RESPONSE;
 use crate::batch::correspondence::Cameras;
 use crate::calibrator::Calibrator;
@@ -21,19 +21,10 @@ use crate::outcome::relief::Relief;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD};
 
-/// Largest information, 1/rad^2: a million pairs of a thousand matches. No configuration sets this range, nor those
-/// below.
-const MAX_INFORMATION: f32 = 1e15;
 /// Largest component of a unit vector, by rounding.
 const UNIT: f32 = 1.0 + 1e-5;
 /// Rounding of a running mean over its largest term.
 const MEAN_ROUNDING: f32 = 1.001;
-/// Largest noise of a coordinate, px.
-const MAX_NOISE: f32 = 1e6;
-/// Largest number of matches in the short window: pairs of a million matches.
-const MAX_MATCHES: f32 = 1e7;
-/// Information on the lens, dimensionless.
-const MAX_LENS_WEIGHT: f32 = 1e10;
 /// Largest yaw, rad, and largest of its variances, rad^2.
 const MAX_YAW: f32 = 10.0;
 
@@ -49,25 +40,23 @@ const LENS: f32 = single(MAX_LENS_CORRECTION);
 const CHI_SQUARE: f32 = single(MAX_REDUCED_CHI_SQUARE) * MEAN_ROUNDING;
 const VIBRATION: f32 = single(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
 
-/// Numbers of a record, in order: two calibrations, the pose, then [`Learned::numbers`].
-const RANGES: [Range; 23] = [
-    (3, -PI, PI),
-    (3, -UNIT, UNIT),
-    (2, -LENS, LENS),
-    (3, -PI, PI),
-    (3, -UNIT, UNIT),
-    (2, -LENS, LENS),
-    (3, -PI, PI),
-    (3, -UNIT, UNIT),
-    (15 + 2 + 3, -MAX_INFORMATION, MAX_INFORMATION),
+/// Numbers of [`write_about`].
+const ABOUT: [Range; 2] = [(3, -PI, PI), (3, -UNIT, UNIT)];
+/// Numbers of [`Learned::numbers`].
+const LEARNED: [Range; 15] = [
+    // Information, 1/rad^2: a million pairs of a thousand matches. No configuration sets this range, nor those below.
+    (15 + 2 + 3, -1e15, 1e15),
     (30, -MAX_RESPONSE, MAX_RESPONSE),
     (1, 0.0, CHI_SQUARE),
-    (1, 0.0, MAX_NOISE),
+    // Noise of a coordinate, px.
+    (1, 0.0, 1e6),
     (1, 0.0, MEAN_ROUNDING),
     (1, -MEAN_ROUNDING, MEAN_ROUNDING),
-    (2, 0.0, MAX_MATCHES),
+    // Matches in the short window: pairs of a million matches.
+    (2, 0.0, 1e7),
     (4, -LENS, LENS),
-    (2, 0.0, MAX_LENS_WEIGHT),
+    // Information on the lens, dimensionless.
+    (2, 0.0, 1e10),
     (2, 0.0, VIBRATION),
     (2, 0.0, 1.0),
     (1, 0.0, 1.0),
@@ -76,18 +65,18 @@ const RANGES: [Range; 23] = [
     (1, -MAX_YAW, MAX_YAW),
 ];
 
-/// Bytes of fingerprint, generation and pairs.
-const WORDS_BYTES: usize = 3 * 4;
+/// Words before them: fingerprint, generation, pairs, two calibrations with their corrections, and the pose.
+const WORDS: usize = 3 + 3 * 6 + 2 * 2;
 /// Length of a record.
-pub(crate) const BYTES: usize = OVERHEAD_BYTES + WORDS_BYTES + bytes_of(&RANGES);
+pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * WORDS + bytes_of(&LEARNED);
 const _: () = assert!(BYTES <= 400);
 
 /// Flags of the header: a calibration before the one in use exists; the calibrator is frozen; three flags of the mount;
 /// pairs have shown depth.
-const BEFORE: u8 = 1;
-const FROZEN: u8 = 2;
-const MOUNT: [u8; 3] = [4, 8, 16];
-const RELIEF: u8 = 32;
+const FLAGS: [u8; 6] = [1, 2, 4, 8, 16, 32];
+
+/// Reads a record into a calibrator, and its estimate; returns whether there is one.
+type Read<'a, C, T> = dyn FnMut(&mut C, &mut Learned<T>) -> Result<bool, RestoreError> + 'a;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Length of a record of [`Calibrator::snapshot`]: 400 bytes.
@@ -119,11 +108,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     pub(crate) fn write_snapshot(&self, learned: &mut Learned<T>, record: &mut [u8]) {
         self.write(learned, record);
-        let is_within = Reader::begin(record, STATE, BYTES).is_ok_and(|(mut read, _)| {
-            let _ = [(); 3].map(|()| read.word());
-            read.is_within(&RANGES)
-        });
-        if !is_within {
+        let numbers = record.get(HEADER_BYTES + 4 * WORDS..);
+        if !numbers.is_some_and(|rest| Reader { rest }.is_within(&LEARNED)) {
             // An estimate beyond the ranges, for instance from wrong matches, is not kept.
             *learned = Learned::nothing();
             self.write(learned, record);
@@ -136,74 +122,90 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// # Errors
     /// [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
     pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
-        let fresh = self.read(record)?;
-        self.check_restored(fresh)
+        let mut read = |to: &mut Self, learned: &mut _| to.read(record, learned).map(|()| true);
+        self.restore_by(&mut read).map(drop)
     }
 
-    /// Restores a record, apart from the check that follows. Returns the generation after a reset.
+    /// Restores the record that `read` passes to [`Calibrator::read`]; returns whether there is one.
     ///
     /// # Errors
     /// As [`Calibrator::restore`].
-    // Two calls: the content of the record leaves the stack before the check.
+    // Three calls: neither the record nor its content is on the stack of the check.
     #[inline(never)]
-    pub(crate) fn read(&mut self, record: &[u8]) -> Result<u32, RestoreError> {
+    pub(crate) fn restore_by(
+        &mut self,
+        read: &mut Read<'_, Self, T>,
+    ) -> Result<bool, RestoreError> {
         let generation = self.generation;
         self.reset();
-        let fresh = self.generation;
-        let read = self.read_onto_reset(record, generation);
-        if read.is_err() {
+        let fresh = core::mem::replace(&mut self.generation, generation);
+        let found = self.resume(read);
+        let found = found.and_then(|found| believe(self.has_lens()).map(|()| found));
+        if found != Ok(true) {
             self.reset();
+            self.generation = fresh;
         }
-        read.map(|()| fresh)
+        found
     }
 
-    /// Checks what was restored.
-    ///
-    /// * `fresh`: the generation after a reset.
+    #[inline(never)]
+    fn has_lens(&self) -> bool {
+        self.estimator.has_lens(&self.estimator.context(&self.config, &self.factory))
+    }
+
+    /// Reads a record and takes up its estimate.
+    #[inline(never)]
+    fn resume(&mut self, read: &mut Read<'_, Self, T>) -> Result<bool, RestoreError> {
+        let mut learned = Learned::nothing();
+        let found = read(self, &mut learned)?;
+        if found { self.take_up(&learned).map(|()| true) } else { Ok(false) }
+    }
+
+    // Apart: the record is off the stack, and these values are not on it while the record is read.
+    #[inline(never)]
+    fn take_up(&mut self, learned: &Learned<T>) -> Result<(), RestoreError> {
+        let context = self.estimator.context(&self.config, &self.factory);
+        believe(self.estimator.resume(learned, &context).is_some())?;
+        self.corrected = self.corrected(&learned.correction())?;
+        Ok(())
+    }
+
+    /// Reads a record: its calibrations into a reset calibrator, which still has the generation before the reset, and its
+    /// estimate.
     ///
     /// # Errors
     /// As [`Calibrator::restore`].
     #[inline(never)]
-    pub(crate) fn check_restored(&mut self, fresh: u32) -> Result<(), RestoreError> {
-        let context = self.estimator.context(&self.config, &self.factory);
-        if self.estimator.has_lens(&context) {
-            return Ok(());
-        }
-        self.reset();
-        self.generation = fresh;
-        Err(RestoreError::Absurd)
-    }
-
-    /// * `generation`: that before the reset.
-    #[inline(never)]
-    fn read_onto_reset(&mut self, record: &[u8], generation: u32) -> Result<(), RestoreError> {
+    pub(crate) fn read(
+        &mut self,
+        record: &[u8],
+        learned: &mut Learned<T>,
+    ) -> Result<(), RestoreError> {
         let context = self.estimator.context(&self.config, &self.factory);
         let (mut from, [flags, changes]) = Reader::begin(record, STATE, BYTES)?;
-        let is_set = |bit: u8| flags & bit != 0;
-        let [rig, restored, pairs] = [(); 3].map(|()| from.word());
+        let [has_before, frozen, mount @ .., relief] = FLAGS.map(|bit| flags & bit != 0);
+        let [rig, generation, pairs] = [(); 3].map(|()| from.word());
         if rig != fingerprint(&self.factory.cameras, context.factory) {
             return Err(RestoreError::OtherRig);
         }
-        believe(from.is_within(&RANGES))?;
         let in_use = self.read_calibration(&context, &mut from)?;
         let before = self.read_calibration(&context, &mut from)?;
-        self.before = is_set(BEFORE).then_some(before);
-        let mut learned = Learned::nothing();
         let extrinsics = read_about(context.factory, &mut from)?;
         if !context.allows(&extrinsics) {
             return Err(RestoreError::Config);
         }
+        believe(from.is_within(&LEARNED))?;
         learned.prior.pose = RectifyingRotations::from(&extrinsics);
         learned.numbers().into_iter().for_each(|numbers| from.fill(numbers));
         (learned.prior.pairs, learned.changes) = (pairs, changes);
-        learned.mount_flags = MOUNT.map(is_set);
-        believe(self.estimator.resume(&learned, &context).is_some())?;
-        self.correct(&learned.correction())?;
+        learned.mount_flags = mount;
         // A caller that has taken up a calibration meanwhile must notice that of the record.
-        let changed = self.replace_in_use(in_use) && restored == generation;
-        self.generation = restored.wrapping_add(changed.into());
-        self.frozen = is_set(FROZEN);
-        self.relief = Relief::kept(is_set(RELIEF));
+        let is_known = generation == self.generation;
+        let is_other = self.replace_in_use(in_use);
+        self.generation = generation.wrapping_add((is_known && is_other).into());
+        self.before = has_before.then_some(before);
+        self.frozen = frozen;
+        self.relief = Relief::kept(relief);
         Ok(())
     }
 
@@ -215,6 +217,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         from: &mut Reader<'_>,
     ) -> Result<CorrectedExtrinsics<T>, RestoreError> {
         let extrinsics = read_about(context.factory, from)?;
+        believe(from.is_within(&[(2, -LENS, LENS)]))?;
         let [focal, k1] = from.numbers();
         let correction = LensCorrection { focal, k1 };
         self.corrected(&correction)?;
@@ -234,22 +237,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.factory.cameras.corrected(correction).map_err(|_| RestoreError::Absurd)
     }
 
-    /// Sets the cameras of the rays.
-    #[inline(never)]
-    fn correct(&mut self, correction: &LensCorrection<T>) -> Result<(), RestoreError> {
-        self.corrected = self.corrected(correction)?;
-        Ok(())
-    }
-
     #[inline(never)]
     fn write(&self, learned: &mut Learned<T>, record: &mut [u8]) {
-        let flags = [
-            (self.before.is_some(), BEFORE),
-            (self.frozen, FROZEN),
-            (self.relief.is_shown(), RELIEF),
-        ];
-        let flags = flags.into_iter().chain(learned.mount_flags.into_iter().zip(MOUNT));
-        let flags = flags.fold(0, |all, (is_set, bit)| if is_set { all | bit } else { all });
+        let [a, b, c] = learned.mount_flags;
+        let flags = [self.before.is_some(), self.frozen, a, b, c, self.relief.is_shown()];
+        let flags = flags.into_iter().zip(FLAGS).filter(|(is_set, _)| *is_set);
+        let flags = flags.fold(0, |all, (_, bit)| all | bit);
         let FactoryCalibration { cameras, extrinsics, .. } = &self.factory;
         let mut to = Writer::begin(record, STATE, [flags, learned.changes]);
         for word in [fingerprint(cameras, extrinsics), self.generation, learned.prior.pairs] {
@@ -279,6 +272,7 @@ fn read_about<T: Scalar>(
     factory: &Extrinsics<T>,
     from: &mut Reader<'_>,
 ) -> Result<Extrinsics<T>, RestoreError> {
+    believe(from.is_within(&ABOUT))?;
     let [turn, t] = [from.numbers::<T, 3>(), from.numbers()].map(Vector3::from);
     // Equal to the factory extrinsics, bit for bit.
     let made = factory.translation().map(|x| T::single(x.to_single()));

@@ -77,7 +77,7 @@ pub enum StoreError<E: Debug> {
     Flash(E),
 }
 
-/// Factory calibration, state and save policy of a device. RAM: the driver and 224 bytes in `f32`.
+/// Factory calibration, state and save policy of a device. RAM: the driver and 216 bytes in `f32`.
 ///
 /// ```
 /// # use core::{fmt::Debug, time::Duration};
@@ -138,10 +138,9 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
     #[inline(never)]
     pub fn load_factory(&mut self) -> Result<Option<FactoryCalibration<T>>, RestoreError> {
         let mut content = Slot::erased();
-        if self.factory.load(&mut self.flash, &mut content) {
-            return FactoryCalibration::from_record(content.record(factory::BYTES)).map(Some);
-        }
-        if self.factory.is_damaged(&mut self.flash) { Err(RestoreError::Damaged) } else { Ok(None) }
+        let found = self.factory.load(&mut self.flash, &mut content)?;
+        let record = found.then(|| content.record(factory::BYTES));
+        record.map(|record| FactoryCalibration::from_record(record)).transpose()
     }
 
     /// Saves a factory calibration in place of the previous one, in production or on request. From then on a state
@@ -171,35 +170,27 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         &mut self,
         calibrator: &mut Calibrator<T, N>,
     ) -> Result<bool, RestoreError> {
-        let restored = self.restore(calibrator);
+        let mut read = |to: &mut _, learned: &mut _| self.read(to, learned);
+        let restored = calibrator.restore_by(&mut read);
         if restored != Ok(false) {
             self.policy.restarted(calibrator);
         }
         restored
     }
 
-    fn restore<const N: usize>(
-        &mut self,
-        calibrator: &mut Calibrator<T, N>,
-    ) -> Result<bool, RestoreError> {
-        if let Some(fresh) = self.read(calibrator)? {
-            return calibrator.check_restored(fresh).map(|()| true);
-        }
-        calibrator.reset();
-        if self.state.is_damaged(&mut self.flash) { Err(RestoreError::Damaged) } else { Ok(false) }
-    }
-
-    // Out of line: the record leaves the stack of the check.
+    // Out of line: the record leaves the stack.
     #[inline(never)]
     fn read<const N: usize>(
         &mut self,
         calibrator: &mut Calibrator<T, N>,
-    ) -> Result<Option<u32>, RestoreError> {
+        learned: &mut Learned<T>,
+    ) -> Result<bool, RestoreError> {
         let mut content = Slot::erased();
-        if !self.state.load(&mut self.flash, &mut content) {
-            return Ok(None);
+        let found = self.state.load(&mut self.flash, &mut content)?;
+        if found {
+            calibrator.read(content.record(state::BYTES), learned)?;
         }
-        calibrator.read(content.record(state::BYTES)).map(Some)
+        Ok(found)
     }
 
     /// Saves the state if the policy finds it due, and then returns the reason. Call it after each pair.

@@ -63,8 +63,8 @@ pub struct SavePolicy<T: Scalar> {
     interval: Duration,
     /// Time of the last pair, ms.
     last: Option<u64>,
-    /// Time counted since the last due or completed save or the restart, ms; `None` before the first.
-    elapsed: Option<u64>,
+    /// Time counted since the last due or completed save or the restart, ms; at first the largest number.
+    elapsed: u64,
     saved: Option<Saved<T>>,
 }
 
@@ -78,7 +78,7 @@ impl<T: Scalar> SavePolicy<T> {
     ///   fails.
     #[must_use]
     pub const fn new(interval: Duration) -> Self {
-        Self { interval, last: None, elapsed: None, saved: None }
+        Self { interval, last: None, elapsed: u64::MAX, saved: None }
     }
 
     /// Reason to save now, if any; then `None` for the interval. Call it once after each pair.
@@ -96,19 +96,16 @@ impl<T: Scalar> SavePolicy<T> {
         // The clock may have been set back.
         let last = self.last.replace(now).unwrap_or(now);
         let step = now.abs_diff(last).min(LONGEST_STEP);
-        let elapsed = match self.elapsed {
-            Some(elapsed) if now < last => elapsed.saturating_sub(step),
-            Some(elapsed) => elapsed.saturating_add(step),
-            None => u64::MAX,
-        };
-        self.elapsed = self.elapsed.map(|_| elapsed);
+        let elapsed = self.elapsed;
+        self.elapsed =
+            if now < last { elapsed.saturating_sub(step) } else { elapsed.saturating_add(step) };
         let interval = milliseconds(self.interval);
-        if elapsed < interval {
+        if self.elapsed < interval {
             return None;
         }
-        let is_overdue = elapsed >= interval.saturating_mul(Self::OVERDUE.into());
+        let is_overdue = self.elapsed >= interval.saturating_mul(Self::OVERDUE.into());
         let reason = self.reason(calibrator, is_overdue)?;
-        self.elapsed = Some(0);
+        self.elapsed = 0;
         Some(reason)
     }
 
@@ -118,7 +115,7 @@ impl<T: Scalar> SavePolicy<T> {
         let was_locked = calibrator.state() == State::Locked;
         let place = place(calibrator);
         self.saved = Some(Saved { was_locked, generation: calibrator.generation, place });
-        (self.last, self.elapsed) = (Some(milliseconds(now)), Some(0));
+        (self.last, self.elapsed) = (Some(milliseconds(now)), 0);
     }
 
     /// Records a restart with a state that was saved before, restored or lost: the next save waits for the interval.
@@ -126,9 +123,7 @@ impl<T: Scalar> SavePolicy<T> {
         self.saved(calibrator, Duration::ZERO);
         self.last = None;
         // Re-locking after a restore triggers no save.
-        if let Some(saved) = &mut self.saved {
-            saved.was_locked = saved.place.is_some();
-        }
+        self.saved.iter_mut().for_each(|saved| saved.was_locked = saved.place.is_some());
     }
 
     fn reason<const N: usize>(

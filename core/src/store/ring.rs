@@ -7,6 +7,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::StoreError;
 use super::slot::{self, Slot, to_u32};
+use crate::error::RestoreError;
 
 /// Attempts at slots that look erased, before another block is erased.
 const ATTEMPTS: u8 = 2;
@@ -63,29 +64,31 @@ impl Ring {
     #[inline(never)]
     pub(super) fn find<F: NorFlash>(&mut self, flash: &mut F) {
         self.next = 0;
-        self.scan(flash, &mut Slot::erased());
+        self.scan(flash);
     }
 
     /// Loads the newest record; returns whether there is one.
+    ///
+    /// # Errors
+    /// [`RestoreError::Damaged`] if there is content, but no intact record.
     #[inline(never)]
-    pub(super) fn load<F: NorFlash>(&mut self, flash: &mut F, content: &mut Slot) -> bool {
+    pub(super) fn load<F: NorFlash>(
+        &mut self,
+        flash: &mut F,
+        content: &mut Slot,
+    ) -> Result<bool, RestoreError> {
         // A fault at the last scan may have passed, or the newest record may be lost since.
         for _ in 0..2 {
             if let Some(Newest { sequence, block, slot }) = self.newest {
                 let address = self.address::<F>(block, slot);
                 if content.read(flash, address, self.length) == Some(sequence) {
-                    return true;
+                    return Ok(true);
                 }
             }
-            self.scan(flash, content);
+            self.scan(flash);
         }
-        false
-    }
-
-    /// Whether a slot has content although no record is intact.
-    pub(super) fn is_damaged<F: NorFlash>(&self, flash: &mut F) -> bool {
         let is_blank = |block| slot::is_blank(flash, self.address::<F>(block, 0), self.length);
-        self.newest.is_none() && !(0..self.blocks).all(is_blank)
+        if (0..self.blocks).all(is_blank) { Ok(false) } else { Err(RestoreError::Damaged) }
     }
 
     /// Saves a record. At most one erasure.
@@ -100,14 +103,13 @@ impl Ring {
         flash: &mut F,
         write: &mut dyn FnMut(&mut [u8]),
     ) -> Result<(), StoreError<F::Error>> {
-        let mut content = Slot::erased();
         if self.newest.is_none() {
-            self.scan(flash, &mut content);
-            content = Slot::erased();
+            self.scan(flash);
         }
         // Erased flash reads as the largest numbers, so they are no sequence numbers.
         let before = self.newest.map_or(0, |newest| newest.sequence);
         let sequence = before.saturating_add(1).min(u32::MAX - 1);
+        let mut content = Slot::erased();
         write(content.record(self.length));
         content.seal(sequence, self.length);
         if self.append(flash, &content, sequence) {
@@ -152,7 +154,8 @@ impl Ring {
 
     /// Finds the newest record of all blocks: the last intact one of each.
     #[inline(never)]
-    fn scan<F: NorFlash>(&mut self, flash: &mut F, content: &mut Slot) {
+    fn scan<F: NorFlash>(&mut self, flash: &mut F) {
+        let mut content = Slot::erased();
         self.newest = None;
         for block in 0..self.blocks {
             let last = (0..self.slots).rev().find_map(|slot| {
@@ -171,12 +174,9 @@ impl Ring {
     /// The next block in turn that does not hold the newest record.
     #[inline(never)]
     fn after(&self, block: u32) -> u32 {
-        let turn = |block: u32| {
-            let next = block.saturating_add(1);
-            if next < self.blocks { next } else { 0 }
-        };
-        let next = turn(block);
-        if self.newest.is_some_and(|newest| newest.block == next) { turn(next) } else { next }
+        let mut turn = (block.saturating_add(1)..self.blocks).chain(0..self.blocks);
+        let holds = |block| self.newest.is_some_and(|newest| newest.block == block);
+        turn.find(|block| !holds(*block)).unwrap_or(0)
     }
 
     #[inline(never)]

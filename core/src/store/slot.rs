@@ -7,7 +7,7 @@ use crate::checksum::of_record;
 /// Bytes of the longest word, and of the longest slot.
 const LONGEST: usize = 512;
 
-/// Bytes of an access that compares, where a word is not longer.
+/// Bytes of an access of [`is_blank`], where a word is not longer.
 const CHUNK: usize = 64;
 
 /// Bytes before the record.
@@ -54,19 +54,6 @@ impl Slot {
         self.0.split_at_mut_checked(length.saturating_add(HEAD)).unwrap_or_default()
     }
 
-    /// Sequence number, if the content is intact.
-    #[inline(never)]
-    fn sequence(&mut self, length: usize) -> Option<u32> {
-        let sequence = u32::from_le_bytes(*self.0.first_chunk()?);
-        // Erased flash, and a line stuck at 0, are no record.
-        if sequence == 0 || sequence == u32::MAX {
-            return None;
-        }
-        let (content, rest) = self.split(length);
-        let sum = of_record(content);
-        (u32::from_le_bytes(*rest.first_chunk()?) == sum).then_some(sequence)
-    }
-
     /// Reads a slot; returns its sequence number if the record is intact.
     #[inline(never)]
     pub(super) fn read<F: NorFlash>(
@@ -75,9 +62,12 @@ impl Slot {
         address: u32,
         length: usize,
     ) -> Option<u32> {
-        let content = self.0.get_mut(..bytes::<F>(length))?;
-        flash.read(address, content).ok()?;
-        self.sequence(length)
+        flash.read(address, self.0.get_mut(..bytes::<F>(length))?).ok()?;
+        let sequence = u32::from_le_bytes(*self.0.first_chunk()?);
+        let (content, rest) = self.split(length);
+        let is_intact = u32::from_le_bytes(*rest.first_chunk()?) == of_record(content);
+        // Erased flash, and a line stuck at 0, are no record.
+        Some(sequence).filter(|sequence| is_intact && ![0, u32::MAX].contains(sequence))
     }
 
     /// Writes a sealed slot onto erased words, and reads it back; returns whether it is there.
@@ -93,13 +83,9 @@ impl Slot {
     ) -> Result<bool, F::Error> {
         let content = self.0.get(..bytes::<F>(length)).unwrap_or_default();
         flash.write(address, content)?;
-        let mut parts = content.chunks(chunk::<F>());
-        let mut is_same = true;
-        visit(flash, address, content.len(), &mut |found| {
-            is_same &= found.is_some() && found == parts.next();
-            is_same
-        });
-        Ok(is_same)
+        let mut found = Self::erased();
+        let found = found.0.get_mut(..content.len()).unwrap_or_default();
+        Ok(flash.read(address, found).is_ok() && found == content)
     }
 }
 
@@ -107,38 +93,18 @@ impl Slot {
 /// first write. A torn word is unreadable too, but other words of its slot are not.
 #[inline(never)]
 pub(super) fn is_blank<F: NorFlash>(flash: &mut F, address: u32, length: usize) -> bool {
+    let (mut at, mut left, mut buffer) = (address, bytes::<F>(length), Slot::erased());
     let [mut ones, mut zeros, mut silence] = [true; 3];
-    visit(flash, address, bytes::<F>(length), &mut |chunk| {
-        let is = |value: u8| chunk.is_some_and(|chunk| chunk.iter().all(|byte| *byte == value));
-        (ones, zeros, silence) = (ones && is(0xff), zeros && is(0), silence && chunk.is_none());
-        ones || zeros || silence
-    });
-    ones || zeros || silence
-}
-
-/// Bytes of an access of [`visit`].
-fn chunk<F: NorFlash>() -> usize {
-    F::WRITE_SIZE.max(CHUNK)
-}
-
-/// Reads a stretch chunk by chunk while more is wanted; `None` if the driver fails.
-#[inline(never)]
-fn visit<F: NorFlash>(
-    flash: &mut F,
-    start: u32,
-    length: usize,
-    each: &mut dyn FnMut(Option<&[u8]>) -> bool,
-) {
-    let (mut at, mut left, mut buffer) = (start, length, Slot::erased());
-    while left > 0 {
-        let part = buffer.0.get_mut(..left.min(chunk::<F>())).unwrap_or_default();
+    let chunk = F::WRITE_SIZE.max(CHUNK);
+    while left > 0 && (ones || zeros || silence) {
+        let part = buffer.0.get_mut(..left.min(chunk)).unwrap_or_default();
         let is_read = flash.read(at, part).is_ok();
-        if !each(is_read.then_some(part)) {
-            break;
-        }
-        at = at.saturating_add(to_u32(part.len()));
-        left = left.saturating_sub(chunk::<F>());
+        let is = |value: u8| is_read && part.iter().all(|byte| *byte == value);
+        (ones, zeros, silence) = (ones && is(0xff), zeros && is(0), silence && !is_read);
+        at = at.saturating_add(to_u32(chunk));
+        left = left.saturating_sub(chunk);
     }
+    ones || zeros || silence
 }
 
 pub(super) fn to_u32(size: usize) -> u32 {

@@ -82,7 +82,7 @@ const EVIDENCE: &[(&str, &[&str], Show)] = &[
         Show::Exact,
     ),
     (
-        "`push_range`, `push_motion` of 256 tracks",
+        "`push_witness` of a range, of 256 tracks",
         &["push_range at most", "push_motion"],
         Show::Rounded,
     ),

@@ -27,7 +27,12 @@ impl Image {
             sections.map(|section| section.size()).sum()
         };
         Ok(Self {
-            code: sized(&[SectionKind::Text, SectionKind::ReadOnlyData]),
+            // The linker marks constants as strings if any of them is one.
+            code: sized(&[
+                SectionKind::Text,
+                SectionKind::ReadOnlyData,
+                SectionKind::ReadOnlyString,
+            ]),
             data: sized(&[SectionKind::Data]),
             zeroed: sized(&[SectionKind::UninitializedData]),
         })

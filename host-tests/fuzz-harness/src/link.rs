@@ -221,7 +221,7 @@ pub fn run_frames(bytes: &[u8]) {
             calibrator.discard_pair();
         }
         assert!(tracks.quads().len() <= 32);
-        let _ = calibrator.push_tracks(&mut tracks);
+        let _ = calibrator.push_witness(&mut tracks);
         if act & 4 != 0 {
             let _ = calibrator.apply();
         }

@@ -179,7 +179,7 @@ impl<const N: usize> Held<N> {
         let solved = calibrator.solve_pair();
         let tracks = self.tracks.as_deref_mut();
         let tracks = tracks.filter(|tracks| frame.is_some() && !tracks.quads().is_empty());
-        let motion = tracks.map(|tracks| calibrator.push_tracks(tracks));
+        let motion = tracks.map(|tracks| calibrator.push_witness(tracks));
         let health = calibrator.health();
         Outcome {
             frame,
@@ -272,6 +272,6 @@ impl<const N: usize> Held<N> {
             Some([cameras.rays(before).ok()?, cameras.rays(after).ok()?])
         };
         let tracked: Vec<_> = tracked.iter().filter_map(rays).collect();
-        self.calibrator.push_motion(&tracked)
+        self.calibrator.push_witness(&tracked[..])
     }
 }

@@ -142,12 +142,12 @@ pub fn push_witnessed<T: Scalar, const N: usize>(
     frame: &ScenarioPair,
 ) {
     for reading in &frame.witnessed.readings {
-        let _ = calibrator.push_range(&ranges::in_scalar(reading));
+        let _ = calibrator.push_witness(&ranges::in_scalar(reading));
     }
     if !frame.witnessed.tracks.is_empty() {
         let cameras = cameras(&frame.scene).expect("the calibrator has them");
         let tracks = tracked::rays_of(&cameras, &frame.witnessed.tracks);
-        let _ = calibrator.push_motion(&tracks);
+        let _ = calibrator.push_witness(&tracks[..]);
     }
 }
 

@@ -261,10 +261,10 @@ fn replay_pair<T: Scalar, const N: usize>(
     let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
     let mut witnessed = WitnessCounts::default();
     for reading in readings {
-        witnessed.note_range(calibrator.push_range(&ranges::in_scalar(reading)));
+        witnessed.note_range(calibrator.push_witness(&ranges::in_scalar(reading)));
     }
     if !tracks.is_empty() {
-        witnessed.note_motion(calibrator.push_motion(&tracked::rays_of(cameras, tracks)));
+        witnessed.note_motion(calibrator.push_witness(&tracked::rays_of(cameras, tracks)[..]));
     }
     let health = calibrator.health().ok();
     if apply == Apply::Each {

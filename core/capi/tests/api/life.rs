@@ -293,14 +293,14 @@ fn factory_extrinsics_are_bit_identical_to_rust() {
     };
     let made = selfcal_factory_t { extrinsics, is_guess: 0, yaw_sd_rad: 0.0, ..factory(&set) };
     // SAFETY: live objects.
-    assert_eq!(unsafe { selfcal_install(cal.ptr(), &made) }, SELFCAL_OK);
+    let installed = unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, ptr::null(), &made) };
+    assert_eq!(installed, SELFCAL_OK);
     let r = Matrix3::from_row_slice(&extrinsics.rotation);
     let rust = Extrinsics::try_new(&r, &extrinsics.translation.into()).unwrap();
     let cameras = set.cameras().unwrap();
-    let mut twin = Box::new(Twin::new(Config::robust(), &FactoryCalibration::guess(cameras)));
-    twin.install(&FactoryCalibration::new(cameras, rust));
+    let mut twin = Box::new(Twin::new(Config::robust(), &FactoryCalibration::new(cameras, rust)));
     let in_use = get!(cal, selfcal_in_use).unwrap();
-    assert_eq!(in_use.generation, 1);
+    assert_eq!(in_use.generation, 0);
     assert_same_calibration(&in_use, &twin.in_use());
     assert_eq!(run(&mut cal, &mut twin, &set), State::Locked);
 }

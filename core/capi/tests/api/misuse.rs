@@ -30,7 +30,6 @@ pub(crate) fn four() -> *mut f32 {
 
 /// Calls every function of a calibrator, with valid arguments otherwise.
 pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_error_t)> {
-    let factory = factory(&recorded());
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
     let range = selfcal_range_t {
         pixel_px: [9.0; 2],
@@ -52,7 +51,6 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
     calls! {
         selfcal_ray(0, two, four());
         selfcal_pixel(0, two, four());
-        selfcal_install(&factory);
         selfcal_in_use(place());
         selfcal_push(c, place());
         selfcal_push_array(c, 1, place());
@@ -175,7 +173,6 @@ fn a_null_argument_is_refused_without_effect() {
         selfcal_ray(0, null(), four());
         selfcal_pixel(0, two, null_mut());
         selfcal_pixel(0, null(), four());
-        selfcal_install(null());
         selfcal_in_use(null_mut());
         selfcal_push(null(), place());
         selfcal_push_array(null(), 1, place());
@@ -209,7 +206,9 @@ fn misaligned_arguments_are_refused_without_effect() {
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| {
             selfcal_push_array(cal, odd.cast(), 2, null_mut())
         });
-        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_install(cal, odd.cast()));
+        refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| {
+            selfcal_init(cal, SELFCAL_STORAGE_SIZE, null(), odd.cast())
+        });
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_apply(cal, odd.cast()));
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_solve_pair(cal, odd.cast()));
     }
@@ -251,7 +250,9 @@ fn numbers_that_are_not_finite_or_out_of_range_are_refused() {
         // SAFETY: live objects.
         unsafe {
             for factory in [turned, blind] {
-                refused(&mut cal, SELFCAL_ERROR_FACTORY, |cal| selfcal_install(cal, &factory));
+                refused(&mut cal, SELFCAL_ERROR_FACTORY, |cal| {
+                    selfcal_init(cal, SELFCAL_STORAGE_SIZE, null(), &factory)
+                });
             }
             refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_depth_errors(cal, bad, four()));
             refused(&mut cal, SELFCAL_ERROR_ALPHA, |cal| {

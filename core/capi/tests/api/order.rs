@@ -55,7 +55,7 @@ fn the_batch_is_dropped_by_each_call_that_begins_anew() {
         // SAFETY: as above.
         |cal| unsafe { selfcal_reset(cal) },
         // SAFETY: as above.
-        |cal| unsafe { selfcal_install(cal, &factory(&recorded())) },
+        |cal| unsafe { selfcal_init(cal, SELFCAL_STORAGE_SIZE, null(), &factory(&recorded())) },
     ];
     for act in acts {
         let mut cal = at_work();

@@ -59,7 +59,7 @@ proptest! {
         // SAFETY: live objects.
         let codes = unsafe {
             [
-                selfcal_install(cal.ptr(), &factory),
+                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, ptr::null(), &factory),
                 selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config, &factory),
                 selfcal_choose_camera(cal.ptr(), source, alpha, MaybeUninit::uninit().as_mut_ptr()),
             ]

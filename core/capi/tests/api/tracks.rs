@@ -74,7 +74,7 @@ fn tracked_frames_are_joined_and_pushed_as_in_rust() {
         assert_eq!((code, used, frame.whole), (SELFCAL_OK, bytes.len(), true));
         assert_eq!(usize::try_from(frame.taken).unwrap(), received.taken);
         take_pair(&mut cal, &mut twin);
-        let rust = twin.push_tracks(&mut tracks).map_or_else(Into::into, |_| SELFCAL_OK);
+        let rust = twin.push_witness(&mut tracks).map_or_else(Into::into, |_| SELFCAL_OK);
         // SAFETY: live objects; the effect is not wanted.
         let c = unsafe { selfcal_push_tracks(cal.ptr(), joined.ptr(), null_mut()) };
         assert_eq!(c, rust, "{sequence}");

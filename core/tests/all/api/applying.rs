@@ -3,9 +3,7 @@
 use crate::api::disturbed::garbage;
 use crate::api::presets::{calibrated, robust};
 use crate::api::scene::{correspondences, rig, take};
-use stereo_selfcal::{
-    ApplyError, Calibrator, Camera, Cameras, FactoryCalibration, Intrinsics, Rejection, State,
-};
+use stereo_selfcal::{ApplyError, Calibrator, Rejection, State};
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
 const BASELINE: [f64; 2] = [0.5, -0.4];
@@ -79,25 +77,6 @@ fn undo_goes_back_one_change_once_and_keeps_the_estimate() {
     let again = calibrator.apply().unwrap();
     assert_eq!((again.extrinsics, again.generation), (second.extrinsics, 4));
     assert_eq!(calibrator.undo().unwrap().extrinsics, first.extrinsics);
-}
-
-#[test]
-fn another_factory_calibration_begins_anew_and_changes_the_generation_with_what_is_in_use() {
-    let mut calibrator = locked();
-    calibrator.apply().unwrap();
-    let before = calibrator.in_use();
-    let other = FactoryCalibration::new(before.cameras, rig([0.3, 0.2, 0.1], [0.0, 0.0]));
-    calibrator.install(&other);
-    let installed = calibrator.in_use();
-    assert_eq!((installed.extrinsics, calibrator.proposal()), (other.extrinsics, None));
-    assert_eq!(installed.generation, before.generation + 1);
-    calibrator.install(&other);
-    assert_eq!(calibrator.in_use(), installed, "the same again is no change");
-    let (left, lens) = (before.cameras.left, before.cameras.right.lens());
-    let longer = Intrinsics { focal: [1401.0; 2], ..*left.intrinsics() };
-    let right = Camera::try_new(longer, *lens).unwrap();
-    calibrator.install(&FactoryCalibration::new(Cameras { left, right }, other.extrinsics));
-    assert_eq!(calibrator.in_use().generation, before.generation + 2);
 }
 
 #[test]

@@ -9,7 +9,7 @@ use expect_test::expect_file;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Config, Correspondence, Extrinsics, Health, LensTracking, PairReport, Proposal,
-    Scalar,
+    Scalar, has_valid_lengths,
 };
 
 use crate::api::bias::fence;
@@ -125,7 +125,7 @@ impl<T: Number> Trace<T> {
     }
 
     fn say(&mut self) {
-        assert!(self.calibrator.has_valid_lengths());
+        assert!(has_valid_lengths(&self.calibrator));
         if let Some(proposal) = self.calibrator.proposal() {
             for words in estimate(&proposal) {
                 self.line(&words);

@@ -73,7 +73,7 @@ pub(crate) fn push_range<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
     reading: &RangeReading<T>,
 ) -> Result<Witnessed, RangeError> {
-    calibrator.push_range(reading)
+    calibrator.push_witness(reading)
 }
 
 #[inline(never)]
@@ -81,7 +81,7 @@ pub(crate) fn push_motion<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
     tracked: &[[RayPair<T>; 2]],
 ) -> Result<Witnessed, MotionError> {
-    calibrator.push_motion(tracked)
+    calibrator.push_witness(tracked)
 }
 
 #[inline(never)]

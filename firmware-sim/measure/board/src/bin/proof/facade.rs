@@ -2,7 +2,7 @@
 
 use core::hint::black_box;
 
-use stereo_selfcal::{Calibrator, Cameras, Config, Reason};
+use stereo_selfcal::{Calibrator, Cameras, Config, Reason, has_valid_lengths};
 
 use crate::{memory, number, show, solver, store, witness};
 
@@ -20,7 +20,6 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
         store::all(&mut calibrator);
         if black_box(false) {
             calibrator.reset();
-            calibrator.install(&made);
         }
     }
 }
@@ -37,7 +36,6 @@ fn pair(calibrator: &mut Calibrator<f32, 256>) {
 
 fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.state());
-    show(calibrator.factory());
     if let Some(proposal) = calibrator.proposal() {
         show(proposal.weakest());
         show(proposal.reasons().bits());
@@ -60,7 +58,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));
-    show(calibrator.has_valid_lengths());
+    show(has_valid_lengths(calibrator));
     show(calibrator.in_use());
     show(calibrator.in_use().homographies(number()));
     show(calibrator.batch());

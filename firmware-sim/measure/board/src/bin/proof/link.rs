@@ -64,7 +64,7 @@ pub(crate) fn all(config: Config, cameras: Cameras<f32>) {
     let factory = FactoryCalibration::guess(cameras);
     let mut calibrator = Calibrator::<f32, 256>::new(config, &factory);
     bytes();
-    decoder(&mut calibrator);
+    decoder(&mut calibrator, &cameras);
     fpga(&mut calibrator);
     stream(&mut calibrator);
 }
@@ -98,7 +98,7 @@ fn bytes() {
     show(crc.value());
 }
 
-fn decoder(calibrator: &mut Calibrator<f32, 256>) {
+fn decoder(calibrator: &mut Calibrator<f32, 256>, cameras: &Cameras<f32>) {
     let mut decoder = if black_box(false) { Decoder::new() } else { Decoder::default() };
     let bytes = black_box([0; 64]);
     let length = black_box(0);
@@ -119,21 +119,25 @@ fn decoder(calibrator: &mut Calibrator<f32, 256>) {
     }
     show(sink.is_busy());
     sink.discard();
-    self::tracks(calibrator, &mut tracks);
+    self::tracks(calibrator, cameras, &mut tracks);
     show(calibrator.is_busy());
     show(calibrator.advance_pair());
     calibrator.discard();
     show(calibrator.finish());
 }
 
-fn tracks(calibrator: &mut Calibrator<f32, 256>, tracks: &mut Tracks<f32, 128>) {
+fn tracks(
+    calibrator: &mut Calibrator<f32, 256>,
+    cameras: &Cameras<f32>,
+    tracks: &mut Tracks<f32, 128>,
+) {
     tracks.begin();
-    if let Ok(rays) = calibrator.factory().cameras.rays(&solver::correspondence()) {
+    if let Ok(rays) = cameras.rays(&solver::correspondence()) {
         tracks.push(black_box(0), &rays);
     }
     tracks.end();
     show(tracks.quads().len());
-    show(calibrator.push_tracks(tracks).map_err(|error| error.code()));
+    show(calibrator.push_witness(&mut *tracks).map_err(|error| error.code()));
     tracks.restart();
 }
 
