@@ -12,7 +12,7 @@ use stereo_selfcal::nalgebra::{Rotation3, Vector2, Vector3};
 use stereo_selfcal::{Calibration as CoreCalibration, Camera as CoreCamera, Cameras};
 use stereo_selfcal::{Correspondence, Extrinsics};
 
-use crate::arguments::{Given, Matrix, Triple, Vector, points, pose, same_length};
+use crate::arguments::{Given, Matrix, Pose, Triple, Vector, points, pose, same_length};
 use crate::camera::Camera;
 use crate::errors::{raised, value};
 use crate::outcome::data;
@@ -44,9 +44,9 @@ data! {
     /// Extrinsics, and the cameras that they belong to.
     #[pyclass(frozen, get_all, module = "stereo_selfcal")]
     #[derive(PartialEq)]
-    Calibration(rig: &Rig, of: &CoreCalibration<f32>) {
-        R: Matrix<3, 3> = pose(&in_f64(&of.extrinsics)).0,
-        t: Triple = pose(&in_f64(&of.extrinsics)).1,
+    Calibration(rig: &Rig, of: &CoreCalibration<f32>, (R, t): Pose) {
+        R: Matrix<3, 3> = R,
+        t: Triple = t,
         baseline_m: Option<f64> = rig.baseline_m,
         left: Camera = camera(&of.cameras.left, &rig.left)?,
         right: Camera = camera(&of.cameras.right, &rig.right)?,
@@ -111,6 +111,10 @@ data! {
 }
 
 impl Calibration {
+    pub(crate) fn of(rig: &Rig, of: &CoreCalibration<f32>) -> PyResult<Self> {
+        Self::new(rig, of, pose(&in_f64(&of.extrinsics)))
+    }
+
     fn core(&self) -> PyResult<CoreCalibration<f32>> {
         let cameras = Cameras { left: self.left.core()?, right: self.right.core()? };
         let r = std::array::from_fn(|i| self.R.0.as_flattened()[i] as f32);

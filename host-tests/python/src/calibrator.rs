@@ -86,12 +86,12 @@ impl Calibrator {
                 _ => Ok(outcome),
             }
         }));
-        Result::new(py, &outcome.map_err(raised("uv_left, uv_right"))?)
+        Result::of(py, &outcome.map_err(raised("uv_left, uv_right"))?)
     }
 
     fn feed_frames(&self, py: Python<'_>, data: &[u8]) -> PyResult<Vec<Result>> {
         let outcomes = call!(self, py, held => held.feed(data)).map_err(raised("data"))?;
-        outcomes.iter().map(|outcome| Result::new(py, outcome)).collect()
+        outcomes.iter().map(|outcome| Result::of(py, outcome)).collect()
     }
 
     #[getter]
@@ -136,12 +136,12 @@ impl Calibrator {
 
     fn apply(&self, py: Python<'_>) -> PyResult<Calibration> {
         let applied = call!(self, py, held => held.calibrator.apply()).map_err(raised(""))?;
-        Calibration::new(&self.rig, &applied)
+        Calibration::of(&self.rig, &applied)
     }
 
     fn undo(&self, py: Python<'_>) -> PyResult<Calibration> {
         let undone = call!(self, py, held => held.calibrator.undo()).map_err(raised(""))?;
-        Calibration::new(&self.rig, &undone)
+        Calibration::of(&self.rig, &undone)
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
@@ -156,7 +156,7 @@ impl Calibrator {
 
     #[getter]
     fn in_use(&self, py: Python<'_>) -> PyResult<Calibration> {
-        Calibration::new(&self.rig, &call!(self, py, held => held.calibrator.in_use()))
+        Calibration::of(&self.rig, &call!(self, py, held => held.calibrator.in_use()))
     }
 
     #[getter]
@@ -283,7 +283,7 @@ pub(crate) fn solve_pairs(
         };
         pairs.par_iter().map_init(|| fresh.clone(), solve).collect()
     })?;
-    outcomes.iter().map(|outcome| Result::new(py, outcome)).collect()
+    outcomes.iter().map(|outcome| Result::of(py, outcome)).collect()
 }
 
 fn read_pair(pair: &Given<'_>) -> PyResult<Vec<Correspondence<f32>>> {

@@ -74,11 +74,9 @@ enum Image<'py> {
 
 fn picture(name: &str, given: &Given<'_>, size: (u16, u16)) -> PyResult<Picture> {
     let picture = match given.extract() {
-        Ok(Image::Path(path)) => Picture::read(&path).map_err(of_file)?,
-        Ok(Image::Bytes(array)) => of_pixels(name, &array, Picture::try_new)?,
-        Ok(Image::Words(array)) => {
-            of_pixels(name, &array, |size, pixels| Picture::of_16_bits(size, &pixels))?
-        }
+        Ok(Image::Path(path)) => Picture::read(&path),
+        Ok(Image::Bytes(array)) => Picture::try_new(size_of(&array), pixels(&array)),
+        Ok(Image::Words(array)) => Picture::of_16_bits(size_of(&array), &pixels(&array)),
         Err(_) => {
             return Err(wrong_type(format!(
                 "{name}: a path or a grey image, (height, width) of uint8 or uint16, is expected, not {}; for colours: \
@@ -87,6 +85,7 @@ fn picture(name: &str, given: &Given<'_>, size: (u16, u16)) -> PyResult<Picture>
             )));
         }
     };
+    let picture = picture.with_context(|| name.to_owned()).map_err(of_file)?;
     let (own, (width, height)) = (picture.size(), size);
     if own != [width, height] {
         let [w, h] = own;
@@ -99,15 +98,13 @@ fn picture(name: &str, given: &Given<'_>, size: (u16, u16)) -> PyResult<Picture>
     Ok(picture)
 }
 
-fn of_pixels<T: Element + Copy>(
-    name: &str,
-    array: &PyReadonlyArray2<'_, T>,
-    make: impl Fn([usize; 2], Vec<T>) -> anyhow::Result<Picture>,
-) -> PyResult<Picture> {
-    let pixels = array.as_array();
-    let (height, width) = pixels.dim();
-    let picture = make([width, height], pixels.iter().copied().collect());
-    picture.map_err(|why| value(format!("{name}: {why:#}")))
+fn size_of(array: &PyReadonlyArray2<'_, impl Element>) -> [usize; 2] {
+    let (height, width) = array.as_array().dim();
+    [width, height]
+}
+
+fn pixels<T: Element + Copy>(array: &PyReadonlyArray2<'_, T>) -> Vec<T> {
+    array.as_array().iter().copied().collect()
 }
 
 /// Verdict on a rig from images.

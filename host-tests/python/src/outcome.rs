@@ -11,7 +11,7 @@ use pyo3::types::{PyString, PyTuple, PyType};
 use stereo_selfcal::outcome::{self, LensEstimate, StandardDeviations};
 use stereo_selfcal::{Health as CoreHealth, PairReport, Proposal, Reasons};
 
-use crate::arguments::{Matrix, Points, Triple, Vector, pose};
+use crate::arguments::{Matrix, Points, Pose, Triple, Vector, pose};
 use crate::engine::Outcome;
 use crate::errors::{CoreError, name, raised};
 
@@ -51,7 +51,7 @@ pub(crate) use named;
 macro_rules! data {
     ($(
         $(#[$attribute:meta])*
-        $name:ident($($given:ident: $of:ty),+) { $($field:ident: $type:ty = $value:expr,)+ }
+        $name:ident($($given:tt: $of:ty),+) { $($field:ident: $type:ty = $value:expr,)+ }
         { $($method:tt)* }
     )+) => {$(
         $(#[$attribute])*
@@ -88,9 +88,9 @@ pub(crate) use data;
 data! {
     /// One stereo pair, solved.
     #[pyclass(frozen, get_all, module = "stereo_selfcal")]
-    Pair(of: &PairReport<f32>) {
-        R: Matrix<3, 3> = pose(&in_f64(&of.extrinsics)).0,
-        t: Triple = pose(&in_f64(&of.extrinsics)).1,
+    Pair(of: &PairReport<f32>, (R, t): Pose) {
+        R: Matrix<3, 3> = R,
+        t: Triple = t,
         rms_px_before: f32 = of.rms_px_before,
         rms_px_after: f32 = of.rms_px_after,
         noise_px: f32 = of.noise_px,
@@ -124,9 +124,9 @@ data! {
 
     /// The estimate after a pair.
     #[pyclass(frozen, get_all, module = "stereo_selfcal")]
-    Result(py: Python<'_>, of: &Outcome) {
-        R: Option<Matrix<3, 3>> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).0),
-        t: Option<Triple> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).1),
+    Result(py: Python<'_>, of: &Outcome, (R, t): (Option<Matrix<3, 3>>, Option<Triple>)) {
+        R: Option<Matrix<3, 3>> = R,
+        t: Option<Triple> = t,
         state: String = name(&of.state),
         health: Option<Py<Health>> = match (&of.health, &of.proposal) {
             (Some(health), Some(proposal)) => Some(Py::new(py, Health::new(health, proposal)?)?),
@@ -141,8 +141,10 @@ data! {
         sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| deviations(&of.sd_lens)),
         fused: Option<String> = of.fused.ok().as_ref().map(name),
         rejection: Option<Py<PyAny>> = of.fused.err().map(|why| exception(py, why)),
-        pair: Option<Py<Pair>> =
-            of.report.as_ref().map(|report| Py::new(py, Pair::new(report)?)).transpose()?,
+        pair: Option<Py<Pair>> = match &of.report {
+            Some(of) => Some(Py::new(py, Pair::new(of, pose(&in_f64(&of.extrinsics)))?)?),
+            None => None,
+        },
         motion: Option<Py<PyAny>> = of.motion.map(|motion| match motion {
             Ok(witnessed) => PyString::new(py, &name(&witnessed)).into(),
             Err(why) => exception(py, why),
@@ -170,6 +172,14 @@ data! {
             words.extend(self.cause.as_ref().map(|cause| format!("likely cause: {cause}")));
             Ok(format!("<Result {}>", words.join("; ")))
         }
+    }
+}
+
+impl Result {
+    /// All results of a pair.
+    pub(crate) fn of(py: Python<'_>, of: &Outcome) -> PyResult<Self> {
+        let estimate = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)));
+        Self::new(py, of, estimate.unzip())
     }
 }
 

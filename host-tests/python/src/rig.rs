@@ -48,7 +48,7 @@ impl Rig {
 
     fn calibration(&self) -> PyResult<Calibration> {
         let FactoryCalibration { cameras, extrinsics, .. } = self.made()?;
-        Calibration::new(self, &CoreCalibration { cameras, extrinsics, generation: 0 })
+        Calibration::of(self, &CoreCalibration { cameras, extrinsics, generation: 0 })
     }
 
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {

@@ -302,7 +302,7 @@ class Calibrator:
     rig : Rig
         Cameras, and start of the estimate.
     capacity : int
-        Capacity in matches of a pair: 64, 128, .. 2048. From more matches it selects by image spread and score.
+        Capacity in matches of a pair: 64, 256, 1024 or 2048. From more matches it selects by image spread and score.
     preset : str
         ``"robust"``: up to half of the matches may be wrong. ``"paper"``: the published method.
     lens : str
