@@ -1,8 +1,12 @@
 """Times of the package on this machine: ``python host-tests/python/benchmark.py SET``.
 
 ``SET`` is a generated data set: ``cargo selfcal synth near --pairs 21 --outliers 0.3 --rotation 3,-2,4 --baseline 3,-3
---out SET``. 20 of its pairs lock a calibrator, and the last one is timed, as ``cargo bench -p selfcal-evidence --bench
-stages`` times the calls of the core alone.
+--out SET``. 20 of its pairs lock a calibrator, and the last one is timed.
+
+A profile tells the part of a call that is not spent in the core, because another program compiles the core to other
+machine code. ``cargo build --release -p stereo-selfcal-python`` keeps the names of functions; copy its library as
+``_native.abi3.so`` into a copy of ``python/stereo_selfcal``. ``perf record python benchmark.py SET`` and ``perf report
+--sort dso,symbol`` then list the functions: those of ``stereo_selfcal_python``, pyo3, numpy, Python and libc are the part.
 """
 
 from __future__ import annotations

@@ -70,7 +70,8 @@ fn kind(of: &impl Debug) -> String {
 
 /// Name of a variant in Python's style: `KeptApart` is `kept_apart`.
 pub(crate) fn name(of: &impl Debug) -> String {
-    let split = |c: char| c.is_uppercase().then_some('_').into_iter().chain(c.to_lowercase());
+    let split =
+        |c: char| c.is_uppercase().then_some('_').into_iter().chain([c.to_ascii_lowercase()]);
     kind(of).chars().flat_map(split).skip(1).collect()
 }
 

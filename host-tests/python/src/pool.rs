@@ -1,4 +1,4 @@
-//! Threads for work without the GIL. They end with the call, so that a child of `os.fork` has none to wait for.
+//! Threads for work without the GIL. They end with the call, so a child of `os.fork` never waits for threads that it lacks.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
