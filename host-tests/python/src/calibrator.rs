@@ -1,6 +1,6 @@
 //! `Calibrator`: one thread at a time, without the GIL while it computes.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::sync::{Mutex, TryLockError};
 
 use pyo3::prelude::*;
@@ -95,7 +95,7 @@ impl Calibrator {
     }
 
     #[getter]
-    fn link(&self, py: Python<'_>) -> PyResult<HashMap<&str, u32>> {
+    fn link(&self, py: Python<'_>) -> PyResult<BTreeMap<&str, u32>> {
         let c = call!(self, py, held => *held.decoder.counters());
         let counts = named! {
             c: good bad_crc bad_header unsupported truncated gaps repeats restarts overruns refused skipped_bytes

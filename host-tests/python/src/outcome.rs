@@ -137,8 +137,8 @@ data! {
             PyTuple::new(py, reasons.iter().map(|reason| name(&reason)).collect::<Vec<_>>())?.unbind()
         },
         cause: Option<String> = of.cause.map(|cause| cause.to_string()),
-        sd: Option<Sd> = of.proposal.as_ref().map(|of| deviations(&of.sd)),
-        sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| deviations(&of.sd_lens)),
+        sd: Option<Sd> = of.proposal.as_ref().map(|of| deviations(of.sd)),
+        sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| deviations(of.sd_lens)),
         fused: Option<String> = of.fused.ok().as_ref().map(name),
         rejection: Option<Py<PyAny>> = of.fused.err().map(|why| exception(py, why)),
         pair: Option<Py<Pair>> = match &of.report {
@@ -188,7 +188,7 @@ fn exception<E: CoreError>(py: Python<'_>, why: E) -> Py<PyAny> {
     raised("")(why).into_value(py).into_any()
 }
 
-fn deviations(of: &StandardDeviations<f32>) -> Sd {
+fn deviations(of: StandardDeviations<f32>) -> Sd {
     Sd(of.rotation, of.translation)
 }
 

@@ -30,13 +30,13 @@ pub(crate) fn install_until<T: Send>(
     work: impl FnOnce() -> T + Send,
 ) -> PyResult<T> {
     let pool = ThreadPoolBuilder::new().build().map_err(value)?;
-    let signals = || Python::attach(|py| py.check_signals());
     py.detach(|| {
         thread::scope(|scope| {
             let working = scope.spawn(|| pool.install(work));
             while !working.is_finished() {
                 thread::sleep(SIGNALS);
-                signals().inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
+                let stopped = |_: &PyErr| stop.store(true, Ordering::Relaxed);
+                Python::attach(|py| py.check_signals().inspect_err(stopped))?;
             }
             working.join().map_err(|_| value("the work has failed"))
         })

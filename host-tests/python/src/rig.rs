@@ -1,6 +1,6 @@
 //! `Rig`: two cameras and their factory calibration.
 
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 use host_tests::data::{LensModel, Meta, WrongSign, in_f64};
@@ -77,7 +77,7 @@ impl Rig {
         Ok(format!("<Rig {left}, {right}; {factory}{baseline}>"))
     }
 
-    fn __getnewargs_ex__(&self) -> (Arguments, HashMap<&str, Option<f64>>) {
+    fn __getnewargs_ex__(&self) -> (Arguments, BTreeMap<&str, Option<f64>>) {
         let named = [("baseline_m", self.baseline_m), ("yaw_sd_rad", self.yaw_sd_rad)];
         ((self.left.clone(), self.right.clone(), self.factory.clone()), named.into())
     }
