@@ -47,7 +47,7 @@ def images():
 # ## Calibrate
 
 # %%
-calibrator = sc.Calibrator(rig, capacity=512)
+calibrator = sc.Calibrator(rig, capacity=1024)
 matches = [sift_matches(*pair) for pair in images()]
 results = [calibrator.fuse(*pair) for pair in matches]
 for result in results:

@@ -4,14 +4,15 @@ use std::convert::Infallible;
 
 use host_tests::data::rows;
 use numpy::ndarray::aview2;
-use numpy::{
-    Element, PyArray1, PyArray2, PyArrayDyn, PyArrayMethods, PyUntypedArray, PyUntypedArrayMethods,
-    ToPyArray,
-};
+use numpy::{Element, PyArray1, PyArray2, PyReadonlyArrayDyn, PyUntypedArray, ToPyArray};
+use numpy::{PyUntypedArrayMethods, ndarray::ArrayView1};
 use pyo3::prelude::*;
 use stereo_selfcal::{Correspondence, Extrinsics};
 
 use crate::errors::{value, wrong_type};
+
+/// An argument as it is given.
+pub(crate) type Given<'py> = Bound<'py, PyAny>;
 
 /// A float array of any number type and strides, row by row.
 struct Floats {
@@ -21,70 +22,66 @@ struct Floats {
 
 impl Floats {
     /// Reads `f32` and `f64` in place; numpy converts other floats, and lists.
-    fn of(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Self> {
+    fn of(name: &str, given: &Given<'_>) -> PyResult<Self> {
         if let Some(read) = Self::read::<f32>(given).or_else(|| Self::read::<f64>(given)) {
             return Ok(read);
         }
-        let is_array = given.cast::<PyUntypedArray>().is_ok();
         let array = given.py().import("numpy")?.call_method1("asarray", (given,));
         let array = array.map_err(|why| {
             wrong_type(format!("{name}: not an array of floats, but a {}: {why}", given.get_type()))
         })?;
-        let untyped = array.cast::<PyUntypedArray>()?;
-        let (dtype, shape) = (untyped.dtype(), untyped.shape());
-        let kind: char = dtype.getattr("kind")?.extract()?;
+        let kind: char = array.getattr("dtype")?.getattr("kind")?.extract()?;
         // Whole numbers of a list are accepted as floats; an array of whole numbers may be an image.
-        if kind != 'f' && (is_array || kind != 'i') {
-            let is_image = shape.len() >= 2 && kind == 'u';
-            let hint = if is_image { ": an image? `match` finds points in images" } else { "" };
-            return Err(wrong_type(format!(
-                "{name}: floats are expected, not {dtype} of shape {shape:?}{hint}"
-            )));
+        if kind != 'f' && (kind != 'i' || array.is(given)) {
+            let hint = if kind == 'u' { ": an image? `match` finds points in images" } else { "" };
+            let given = described(&array);
+            return Err(wrong_type(format!("{name}: floats are expected, not {given}{hint}")));
         }
         let converted = array.call_method1("astype", ("float64",))?;
-        Self::read::<f64>(&converted)
-            .ok_or_else(|| wrong_type(format!("{name}: {dtype} is no float")))
+        let read = Self::read::<f64>(&converted);
+        read.ok_or_else(|| wrong_type(format!("{name}: {} is no float", described(&array))))
     }
 
     /// `None` unless it is an array of this number type.
-    fn read<S: Element + Copy + Into<f64>>(given: &Bound<'_, PyAny>) -> Option<Self> {
-        let array = given.cast::<PyArrayDyn<S>>().ok()?.try_readonly().ok()?;
-        let view = array.as_array();
-        let numbers = match view.as_slice() {
-            Some(in_rows) => in_rows.iter().map(|x| (*x).into()).collect(),
-            None => view.iter().map(|x| (*x).into()).collect(),
-        };
-        Some(Self { shape: array.shape().to_vec(), numbers })
+    fn read<S: Element + Copy + Into<f64>>(given: &Given<'_>) -> Option<Self> {
+        let array: PyReadonlyArrayDyn<'_, S> = given.extract().ok()?;
+        let numbers = array.as_array().as_standard_layout().mapv(Into::into);
+        Some(Self { shape: array.shape().to_vec(), numbers: numbers.into_raw_vec_and_offset().0 })
     }
 
-    /// Rows of `K` numbers; `None` for another shape.
-    fn rows<const K: usize>(&self) -> Option<&[[f64; K]]> {
+    /// Rows of `K` numbers.
+    ///
+    /// * `shape`: the shape in words.
+    fn rows<const K: usize>(&self, name: &str, shape: &str) -> PyResult<&[[f64; K]]> {
         let is_of_rows = matches!(self.shape[..], [_, columns] if columns == K);
-        is_of_rows.then(|| self.numbers.as_chunks().0)
-    }
-
-    fn points(&self, name: &str) -> PyResult<&[[f64; 2]]> {
-        let wrong = || value(format!("{name}: shape (n, 2) is expected, not {:?}", self.shape));
-        self.rows().ok_or_else(wrong)
+        let wrong = || value(format!("{name}: shape {shape} is expected, not {:?}", self.shape));
+        is_of_rows.then(|| self.numbers.as_chunks().0).ok_or_else(wrong)
     }
 
     /// Finite points, at least one.
     fn some_points(&self, name: &str) -> PyResult<&[[f64; 2]]> {
-        let points = self.points(name)?;
+        let points = self.rows(name, "(n, 2)")?;
         if points.is_empty() {
             return Err(value(format!("{name}: no points, shape (0, 2)")));
         }
-        let is_bad = |point: &[f64; 2]| point.iter().any(|x| !x.is_finite());
-        match points.iter().position(is_bad) {
+        match points.iter().position(|[u, v]| !u.is_finite() || !v.is_finite()) {
             Some(i) => Err(value(format!("{name}[{i}] = {:?} is not finite", points[i]))),
             None => Ok(points),
         }
     }
 }
 
+/// Type and shape of an array; the type of anything else.
+pub(crate) fn described(given: &Given<'_>) -> String {
+    match given.cast::<PyUntypedArray>() {
+        Ok(array) => format!("{} of shape {:?}", array.dtype(), array.shape()),
+        Err(_) => given.get_type().to_string(),
+    }
+}
+
 /// Points, (n, 2).
-pub(crate) fn points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
-    Ok(Floats::of(name, given)?.points(name)?.to_vec())
+pub(crate) fn points(name: &str, given: &Given<'_>) -> PyResult<Vec<[f64; 2]>> {
+    Ok(Floats::of(name, given)?.rows(name, "(n, 2)")?.to_vec())
 }
 
 /// The matches of a pair; each array has one row for each match.
@@ -92,9 +89,8 @@ pub(crate) fn points(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<[f64;
 /// * `names`: names of the left and the right points.
 pub(crate) fn matches(
     names: [&str; 2],
-    left: &Bound<'_, PyAny>,
-    right: &Bound<'_, PyAny>,
-    score: Option<&Bound<'_, PyAny>>,
+    [left, right]: [&Given<'_>; 2],
+    score: Option<&Given<'_>>,
     grid_step: f64,
 ) -> PyResult<Vec<Correspondence<f32>>> {
     if !(0.0..=255.99).contains(&grid_step) {
@@ -105,18 +101,16 @@ pub(crate) fn matches(
     same_length(names[1], right.len(), left.len())?;
     let score = score.filter(|score| !score.is_none());
     let score = score.map(|given| scores(given, left.len())).transpose()?;
-    let narrow = |pixel: &[f64; 2]| pixel.map(|x| x as f32);
-    let all = left.iter().zip(right).enumerate();
-    let correspondence = |(i, (left, right)): (usize, (&[f64; 2], &[f64; 2]))| Correspondence {
-        left: narrow(left),
-        right: narrow(right),
+    let pair = left.iter().zip(right).enumerate().map(|(i, (left, right))| Correspondence {
+        left: left.map(|x| x as f32),
+        right: right.map(|x| x as f32),
         score: score.as_ref().map_or(1.0, |score| score[i] as f32),
         grid_step: grid_step as f32,
-    };
-    Ok(all.map(correspondence).collect())
+    });
+    Ok(pair.collect())
 }
 
-fn scores(given: &Bound<'_, PyAny>, rows: usize) -> PyResult<Vec<f64>> {
+fn scores(given: &Given<'_>, rows: usize) -> PyResult<Vec<f64>> {
     let Floats { shape, numbers } = Floats::of("score", given)?;
     if shape.len() != 1 {
         return Err(value(format!("score: shape ({rows},) is expected, not {shape:?}")));
@@ -133,21 +127,20 @@ pub(crate) const POINTS: [&str; 2] = ["uv_left", "uv_right"];
 
 /// Checks that an argument has one row for each match.
 pub(crate) fn same_length(name: &str, rows: usize, expected: usize) -> PyResult<()> {
-    if rows == expected {
-        return Ok(());
-    }
-    Err(value(format!("{name}: {rows} rows, not {expected}: one for each match")))
+    let wrong = || value(format!("{name}: {rows} rows, not {expected}: one for each match"));
+    (rows == expected).then_some(()).ok_or_else(wrong)
 }
 
 /// A 3 x 3 matrix, row by row.
-pub(crate) fn matrix(name: &str, given: &Bound<'_, PyAny>) -> PyResult<[[f64; 3]; 3]> {
+pub(crate) fn matrix(name: &str, given: &Given<'_>) -> PyResult<[[f64; 3]; 3]> {
     let floats = Floats::of(name, given)?;
-    let square = floats.rows::<3>().and_then(|rows| rows.try_into().ok());
-    square.ok_or_else(|| value(format!("{name}: shape (3, 3) is expected, not {:?}", floats.shape)))
+    let rows = floats.rows(name, "(3, 3)")?;
+    let wrong = |_| value(format!("{name}: shape (3, 3) is expected, not {:?}", floats.shape));
+    rows.try_into().map_err(wrong)
 }
 
 /// A vector as `(n,)`, `(n, 1)` or `(1, n)`: OpenCV returns all three.
-pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+pub(crate) fn vector(name: &str, given: &Given<'_>) -> PyResult<Vec<f64>> {
     let Floats { shape, numbers } = Floats::of(name, given)?;
     match shape[..] {
         [_] | [_, 1] | [1, _] => Ok(numbers),
@@ -157,9 +150,9 @@ pub(crate) fn vector(name: &str, given: &Bound<'_, PyAny>) -> PyResult<Vec<f64>>
 
 /// Defines plain data that is read as a new array of numpy.
 macro_rules! arrays {
-    ($($(#[$doc:meta])* $name:ident($data:ty)$(<$($size:ident),+>)?, $array:ty, $make:expr;)+) => {$(
+    ($($(#[$doc:meta])* $name:ident($data:ty)$(<$($size:ident),+>)?, $array:ty, $view:expr;)+) => {$(
         $(#[$doc])*
-        #[derive(Debug, Clone, FromPyObject)]
+        #[derive(Debug, Clone, PartialEq, FromPyObject)]
         pub(crate) struct $name$(<$(const $size: usize),+>)?(pub(crate) $data);
 
         impl<'py$($(, const $size: usize)+)?> IntoPyObject<'py> for $name$(<$($size),+>)? {
@@ -168,22 +161,26 @@ macro_rules! arrays {
             type Error = Infallible;
 
             fn into_pyobject(self, py: Python<'py>) -> Result<Self::Output, Infallible> {
-                let make: fn(Python<'py>, &$data) -> Self::Output = $make;
-                Ok(make(py, &self.0))
+                Ok($view(&self.0[..]).to_pyarray(py))
             }
         }
     )+};
 }
 arrays! {
     /// A matrix.
-    Matrix([[f64; C]; R])<R, C>, PyArray2<f64>, |py, rows| aview2(rows).to_pyarray(py);
+    Matrix([[f64; C]; R])<R, C>, PyArray2<f64>, aview2;
     /// Points, (n, 2).
-    Points(Vec<[f64; 2]>), PyArray2<f64>, |py, rows| aview2(rows).to_pyarray(py);
+    Points(Vec<[f64; 2]>), PyArray2<f64>, aview2;
+    /// Three numbers.
+    Triple([f64; 3]), PyArray1<f64>, ArrayView1::from;
     /// A vector.
-    Vector(Vec<f64>), PyArray1<f64>, |py, numbers| PyArray1::from_slice(py, numbers);
+    Vector(Vec<f64>), PyArray1<f64>, ArrayView1::from;
 }
 
 /// `R` and `t` of extrinsics.
-pub(crate) fn pose(of: &Extrinsics<f64>) -> (Matrix<3, 3>, Vector) {
-    (Matrix(rows(of.rotation().matrix())), Vector(of.translation().as_slice().to_vec()))
+pub(crate) type Pose = (Matrix<3, 3>, Triple);
+
+/// `R` and `t` of extrinsics.
+pub(crate) fn pose(of: &Extrinsics<f64>) -> Pose {
+    (Matrix(rows(of.rotation().matrix())), Triple(of.translation().into_inner().into()))
 }

@@ -1,23 +1,41 @@
 //! `Calibrator`: one thread at a time, without the GIL while it computes.
 
+use std::collections::BTreeMap;
 use std::sync::{Mutex, TryLockError};
 
 use pyo3::prelude::*;
-use pyo3::types::{PyBytes, PyDict, PyTuple};
+use pyo3::types::PyBytes;
+use rayon::prelude::*;
 use stereo_selfcal::depth::{Range, RangeReading};
+use stereo_selfcal::{ApplyError, Config, Correspondence, LensTracking, Rejection};
 
-use crate::arguments::{POINTS, matches, same_length};
+use crate::arguments::{Given, POINTS, matches, same_length};
 use crate::calibration::Calibration;
-use crate::engine::{Engine, Settings, each};
-use crate::errors::{busy, raised, value};
-use crate::outcome::{Health, Result, name};
+use crate::engine::{Engine, Outcome, each};
+use crate::errors::{busy, name, raised, unknown, value};
+use crate::outcome::{Health, Result, named};
+use crate::pool::install;
 use crate::rig::Rig;
 
 /// The calibrator of one rig.
 #[pyclass(frozen, module = "stereo_selfcal")]
 pub(crate) struct Calibrator {
+    #[pyo3(get)]
+    rig: Rig,
+    #[pyo3(get)]
+    capacity: i64,
+    preset: String,
     settings: Settings,
     engine: Mutex<Engine>,
+}
+
+/// Arguments of a calibrator by their names.
+#[derive(Debug, Clone, Default, IntoPyObject)]
+struct Settings {
+    lens: String,
+    max_correction_rad: Option<f64>,
+    memory_pairs: Option<i64>,
+    motion: bool,
 }
 
 /// Calls the core for a calibrator of any capacity.
@@ -28,64 +46,61 @@ macro_rules! call {
 }
 
 /// Arrays of a tracked pair: left and right points.
-type Views<'py> = (Bound<'py, PyAny>, Bound<'py, PyAny>);
+type Views<'py> = [Given<'py>; 2];
 
 #[pymethods]
 impl Calibrator {
     #[new]
-    #[pyo3(signature = (rig, capacity=256, preset="robust", **options))]
+    #[pyo3(signature = (
+        rig, capacity=256, preset="robust", *, lens="report", max_correction_rad=None, memory_pairs=None, motion=false
+    ))]
     fn new(
-        py: Python<'_>,
         rig: Rig,
-        capacity: usize,
+        capacity: i64,
         preset: &str,
-        options: Option<&Bound<'_, PyDict>>,
+        lens: &str,
+        max_correction_rad: Option<f64>,
+        memory_pairs: Option<i64>,
+        motion: bool,
     ) -> PyResult<Self> {
-        let options = options.map_or_else(|| Ok(PyDict::new(py)), PyDictMethods::copy)?;
-        let settings =
-            Settings { rig, capacity, preset: preset.to_owned(), options: options.unbind() };
-        Ok(Self { engine: Mutex::new(settings.engine(py)?), settings })
+        let settings = Settings { lens: lens.into(), max_correction_rad, memory_pairs, motion };
+        let engine = Mutex::new(settings.engine(&rig, capacity, preset)?);
+        Ok(Self { rig, capacity, preset: preset.into(), settings, engine })
     }
 
     #[pyo3(signature = (uv_left, uv_right, score=None, *, grid_step=0.0))]
     fn fuse(
         &self,
         py: Python<'_>,
-        uv_left: &Bound<'_, PyAny>,
-        uv_right: &Bound<'_, PyAny>,
-        score: Option<&Bound<'_, PyAny>>,
+        uv_left: &Given<'_>,
+        uv_right: &Given<'_>,
+        score: Option<&Given<'_>>,
         grid_step: f64,
     ) -> PyResult<Result> {
-        let pair = matches(POINTS, uv_left, uv_right, score, grid_step)?;
-        let outcome = call!(self, py, held => held.fuse(&pair));
-        Result::new(py, &outcome.map_err(raised("uv_left, uv_right"))?)
+        let pair = matches(POINTS, [uv_left, uv_right], score, grid_step)?;
+        let outcome = call!(self, py, held => held.attempt(|held| {
+            let outcome = held.fuse(&pair);
+            match outcome.fused {
+                // The pair does not belong to this rig: arguments are exchanged, or the rig is another one.
+                Err(why @ (Rejection::Behind | Rejection::Columns)) => Err(why),
+                _ => Ok(outcome),
+            }
+        }));
+        Result::of(py, &outcome.map_err(raised("uv_left, uv_right"))?)
     }
 
     fn feed_frames(&self, py: Python<'_>, data: &[u8]) -> PyResult<Vec<Result>> {
         let outcomes = call!(self, py, held => held.feed(data)).map_err(raised("data"))?;
-        outcomes.iter().map(|outcome| Result::new(py, outcome)).collect()
+        outcomes.iter().map(|outcome| Result::of(py, outcome)).collect()
     }
 
     #[getter]
-    fn link<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+    fn link(&self, py: Python<'_>) -> PyResult<BTreeMap<&str, u32>> {
         let c = call!(self, py, held => *held.decoder.counters());
-        let named = PyDict::new(py);
-        for (name, count) in [
-            ("good", c.good),
-            ("bad_crc", c.bad_crc),
-            ("bad_header", c.bad_header),
-            ("unsupported", c.unsupported),
-            ("truncated", c.truncated),
-            ("gaps", c.gaps),
-            ("repeats", c.repeats),
-            ("restarts", c.restarts),
-            ("overruns", c.overruns),
-            ("refused", c.refused),
-            ("skipped_bytes", c.skipped_bytes),
-        ] {
-            named.set_item(name, count)?;
-        }
-        Ok(named)
+        let counts = named! {
+            c: good bad_crc bad_header unsupported truncated gaps repeats restarts overruns refused skipped_bytes
+        };
+        Ok(counts.into())
     }
 
     #[pyo3(signature = (pixel, range_m, sd_m, *, along="ray", right=None))]
@@ -101,7 +116,7 @@ impl Calibrator {
         let range = match along {
             "ray" => Range::AlongRay(range_m as f32),
             "axis" => Range::AlongAxis(range_m as f32),
-            other => return Err(value(format!("along: 'ray' or 'axis', not {other:?}"))),
+            other => return Err(unknown("along", "'ray' or 'axis'", other)),
         };
         let single = |pixel: [f64; 2]| pixel.map(|x| x as f32);
         let (pixel, right) = (single(pixel), right.map(single));
@@ -110,25 +125,23 @@ impl Calibrator {
         Ok(name(&witnessed.map_err(raised("range"))?))
     }
 
-    #[pyo3(signature = (before, after))]
     fn push_motion(&self, py: Python<'_>, before: Views<'_>, after: Views<'_>) -> PyResult<String> {
-        let views = |names, (left, right): &Views<'_>| matches(names, left, right, None, 0.0);
-        let before = views(["before[0]", "before[1]"], &before)?;
-        let after = views(["after[0]", "after[1]"], &after)?;
+        let before = matches(["before[0]", "before[1]"], before.each_ref(), None, 0.0)?;
+        let after = matches(["after[0]", "after[1]"], after.each_ref(), None, 0.0)?;
         same_length("after[0]", after.len(), before.len())?;
-        let tracked: Vec<_> = before.into_iter().zip(after).map(<[_; 2]>::from).collect();
+        let tracked = [before, after];
         let witnessed = call!(self, py, held => held.push_motion(&tracked));
         Ok(name(&witnessed.map_err(raised("before, after"))?))
     }
 
     fn apply(&self, py: Python<'_>) -> PyResult<Calibration> {
         let applied = call!(self, py, held => held.calibrator.apply()).map_err(raised(""))?;
-        Ok(Calibration::new(&self.settings.rig, applied))
+        Calibration::of(&self.rig, &applied)
     }
 
     fn undo(&self, py: Python<'_>) -> PyResult<Calibration> {
         let undone = call!(self, py, held => held.calibrator.undo()).map_err(raised(""))?;
-        Ok(Calibration::new(&self.settings.rig, undone))
+        Calibration::of(&self.rig, &undone)
     }
 
     fn reset(&self, py: Python<'_>) -> PyResult<()> {
@@ -143,8 +156,7 @@ impl Calibrator {
 
     #[getter]
     fn in_use(&self, py: Python<'_>) -> PyResult<Calibration> {
-        let in_use = call!(self, py, held => held.calibrator.in_use());
-        Ok(Calibration::new(&self.settings.rig, in_use))
+        Calibration::of(&self.rig, &call!(self, py, held => held.calibrator.in_use()))
     }
 
     #[getter]
@@ -157,9 +169,11 @@ impl Calibrator {
         Ok(call!(self, py, held => held.calibrator.in_use().generation))
     }
 
+    /// A record given to `load` may freeze the calibrator. If it is frozen it refuses to undo, before any other reason.
     #[getter]
     fn frozen(&self, py: Python<'_>) -> PyResult<bool> {
-        Ok(call!(self, py, held => held.is_frozen()))
+        let undone = call!(self, py, held => held.calibrator.clone().undo());
+        Ok(undone == Err(ApplyError::Frozen))
     }
 
     #[setter]
@@ -167,39 +181,27 @@ impl Calibrator {
         Ok(call!(self, py, held => held.calibrator.set_frozen(frozen)))
     }
 
-    #[getter]
-    fn rig(&self) -> Rig {
-        self.settings.rig.clone()
-    }
-
-    #[getter]
-    fn capacity(&self) -> usize {
-        self.settings.capacity
-    }
-
     fn save<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
         Ok(PyBytes::new(py, &call!(self, py, held => held.calibrator.snapshot())))
     }
 
     fn load(&self, py: Python<'_>, record: &[u8]) -> PyResult<()> {
-        call!(self, py, held => held.load(record)).map_err(raised("record"))
+        let restored =
+            call!(self, py, held => held.attempt(|held| held.calibrator.restore(record)));
+        restored.map_err(raised("record"))
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let Settings { capacity, preset, rig, .. } = &self.settings;
-        Ok(format!(
-            "<Calibrator {}, {preset}, {capacity} matches, {}>",
-            self.state(py)?,
-            rig.__repr__()
-        ))
+        let (Self { capacity, preset, .. }, rig) = (self, self.rig.__repr__()?);
+        Ok(format!("<Calibrator {}, {preset}, {capacity} matches, {rig}>", self.state(py)?))
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
-        let Settings { rig, capacity, preset, options } = &self.settings;
-        let partial = py.import("functools")?.getattr("partial")?;
-        let make = partial.call((py.get_type::<Self>(),), Some(options.bind(py)))?;
-        let arguments = (rig.clone(), capacity, preset);
-        (make, arguments, self.save(py)?).into_pyobject(py)
+    fn __getnewargs_ex__(&self) -> ((Rig, i64, &str), Settings) {
+        ((self.rig.clone(), self.capacity, &self.preset), self.settings.clone())
+    }
+
+    fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
+        self.save(py)
     }
 
     fn __setstate__(&self, py: Python<'_>, record: &[u8]) -> PyResult<()> {
@@ -223,5 +225,74 @@ impl Calibrator {
         })?;
         let engine: &mut Engine = &mut held;
         Ok(py.detach(move || call(engine)))
+    }
+}
+
+impl Settings {
+    /// A new calibrator.
+    ///
+    /// # Errors
+    /// Names the argument.
+    fn engine(&self, rig: &Rig, capacity: i64, preset: &str) -> PyResult<Engine> {
+        let mut config = match preset {
+            "robust" => Config::robust(),
+            "paper" => Config::paper(),
+            other => return Err(unknown("preset", "'robust' or 'paper'", other)),
+        };
+        config = match &*self.lens {
+            "report" => config,
+            "given" => config.without_lens_prior(),
+            "compensate" => config.with_lens_tracking(LensTracking::Compensate),
+            other => return Err(unknown("lens", "'report', 'given' or 'compensate'", other)),
+        };
+        if let Some(rad) = self.max_correction_rad {
+            let limited = config.with_max_correction_rad(rad as f32);
+            config = limited.map_err(raised("max_correction_rad"))?;
+        }
+        if let Some(pairs) = self.memory_pairs {
+            let pairs = u32::try_from(pairs.max(0)).unwrap_or(u32::MAX);
+            config = config.with_memory_pairs(pairs).map_err(raised("memory_pairs"))?;
+        }
+        let (engine, known) =
+            (Engine::new(capacity, config, &rig.made()?, self.motion), Engine::CAPACITIES);
+        engine.ok_or_else(|| value(format!("capacity: one of {known:?}, not {capacity}")))
+    }
+}
+
+/// Solves each pair alone, from the factory extrinsics.
+#[pyfunction]
+#[pyo3(signature = (rig, pairs, capacity=256, preset="robust"))]
+pub(crate) fn solve_pairs(
+    py: Python<'_>,
+    rig: Rig,
+    pairs: &Given<'_>,
+    capacity: i64,
+    preset: &str,
+) -> PyResult<Vec<Result>> {
+    let settings = Settings { lens: "report".into(), ..Settings::default() };
+    let fresh = settings.engine(&rig, capacity, preset)?;
+    let named = |i: usize| move |why: PyErr| value(format!("pairs[{i}]: {}", why.value(py)));
+    let read = pairs.try_iter()?.enumerate().map(|(i, pair)| read_pair(&pair?).map_err(named(i)));
+    let pairs: Vec<Vec<Correspondence<f32>>> = read.collect::<PyResult<_>>()?;
+    let outcomes: Vec<Outcome> = install(py, || {
+        let solve = |engine: &mut Engine, pair: &Vec<_>| {
+            each!(engine, held => {
+                held.calibrator.reset();
+                held.fuse(pair)
+            })
+        };
+        pairs.par_iter().map_init(|| fresh.clone(), solve).collect()
+    })?;
+    outcomes.iter().map(|outcome| Result::of(py, outcome)).collect()
+}
+
+fn read_pair(pair: &Given<'_>) -> PyResult<Vec<Correspondence<f32>>> {
+    let parts: Vec<Given<'_>> = pair.extract()?;
+    match &parts[..] {
+        [left, right] => matches(POINTS, [left, right], None, 0.0),
+        [left, right, score] => matches(POINTS, [left, right], Some(score), 0.0),
+        _ => {
+            Err(value(format!("(uv_left, uv_right, score) is expected, not {} parts", parts.len())))
+        }
     }
 }

@@ -10,75 +10,74 @@ use stereo_selfcal::geometry::{CameraError, ExtrinsicsError, RectifyError};
 use stereo_selfcal::link::FrameRefusal;
 use stereo_selfcal::{ApplyError, ConfigError, Rejection, RestoreError};
 
-/// An error of the core with its class and number.
+/// An error of the core.
 pub(crate) trait CoreError: Debug + Display {
-    /// Name of the exception.
-    fn class(&self) -> &'static str;
-    /// Stable number.
-    fn number(&self) -> u16;
+    /// Name of the exception, and stable number of the error.
+    fn class_and_code(&self) -> (&'static str, u16);
 }
 
 macro_rules! core_errors {
     ($($name:ident),+) => {$(
         impl CoreError for $name {
-            fn class(&self) -> &'static str {
-                stringify!($name)
-            }
-
-            fn number(&self) -> u16 {
-                self.code()
+            fn class_and_code(&self) -> (&'static str, u16) {
+                (stringify!($name), self.code())
             }
         }
     )+};
 }
-core_errors!(
-    ApplyError,
-    CameraError,
-    ConfigError,
-    ExtrinsicsError,
-    FrameRefusal,
-    MotionError,
-    RangeError,
-    RectifyError,
+core_errors! {
+    ApplyError, CameraError, ConfigError, ExtrinsicsError, FrameRefusal, MotionError, RangeError, RectifyError,
     RestoreError
-);
+}
 
 impl CoreError for Rejection {
-    fn class(&self) -> &'static str {
+    fn class_and_code(&self) -> (&'static str, u16) {
         // Numbers from 600 on belong to solved pairs.
-        if self.code() < 600 { "PairError" } else { "Refusal" }
-    }
-
-    fn number(&self) -> u16 {
-        self.code()
+        (if self.code() < 600 { "PairError" } else { "Refusal" }, self.code())
     }
 }
 
 /// An exception of `stereo_selfcal._errors`.
-fn made(class: &str, message: &str, kind: &str, number: u16) -> PyErr {
+fn made(class: &str, message: &str, kind: &str, code: u16) -> PyErr {
     Python::attach(|py| {
         let class = py.import("stereo_selfcal._errors").and_then(|module| module.getattr(class));
-        let made = class.and_then(|class| class.call1((message, kind, number)));
+        let made = class.and_then(|class| class.call1((message, kind, code)));
         made.map_or_else(|error| error, PyErr::from_value)
     })
 }
 
-/// Raises the exception of two threads in one calibrator.
+/// The exception of two threads in one calibrator.
 pub(crate) fn busy() -> PyErr {
     let text =
         "another thread is in a call of this calibrator, or was when this process was forked";
     made("BusyError", text, "Busy", 0)
 }
 
-/// Raises an error of the core; names its argument, if any.
+/// The exception of an error of the core, which names its argument, if any.
 pub(crate) fn raised<E: CoreError>(argument: &str) -> impl Fn(E) -> PyErr {
     move |why| {
         let separator = if argument.is_empty() { "" } else { ": " };
-        // `TooFew { usable: 3, needed: 12 }`: the name is the first word.
-        let variant = format!("{why:?}");
-        let kind = variant.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
-        made(why.class(), &format!("{argument}{separator}{why}"), kind, why.number())
+        let (class, code) = why.class_and_code();
+        made(class, &format!("{argument}{separator}{why}"), &kind(&why), code)
     }
+}
+
+/// Name of a variant: the first word of `TooFew { usable: 3, needed: 12 }`.
+fn kind(of: &impl Debug) -> String {
+    let text = format!("{of:?}");
+    text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default().to_owned()
+}
+
+/// Name of a variant in Python's style: `KeptApart` is `kept_apart`.
+pub(crate) fn name(of: &impl Debug) -> String {
+    let split =
+        |c: char| c.is_uppercase().then_some('_').into_iter().chain([c.to_ascii_lowercase()]);
+    kind(of).chars().flat_map(split).skip(1).collect()
+}
+
+/// An argument with a value that it does not know.
+pub(crate) fn unknown(name: &str, known: &str, given: &str) -> PyErr {
+    value(format!("{name}: {known}, not {given:?}"))
 }
 
 /// `ValueError` of a text.
@@ -95,9 +94,6 @@ pub(crate) fn wrong_type(text: impl Display) -> PyErr {
 pub(crate) fn of_file(why: anyhow::Error) -> PyErr {
     let text = format!("{why:#}");
     let is_missing = |io: &io::Error| io.kind() == io::ErrorKind::NotFound;
-    if why.downcast_ref::<io::Error>().is_some_and(is_missing) {
-        PyFileNotFoundError::new_err(text)
-    } else {
-        value(text)
-    }
+    let is_missing = why.downcast_ref().is_some_and(is_missing);
+    if is_missing { PyFileNotFoundError::new_err(text) } else { value(text) }
 }

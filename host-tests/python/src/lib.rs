@@ -16,27 +16,19 @@ mod camera;
 mod engine;
 mod errors;
 mod images;
-mod many;
 mod outcome;
 mod pool;
 mod rig;
 
-use pyo3::pymodule;
-
-#[pymodule]
+#[pyo3::pymodule]
 mod _native {
     #[pymodule_export]
-    use crate::calibration::Calibration;
-    #[pymodule_export]
-    use crate::calibrator::Calibrator;
-    #[pymodule_export]
-    use crate::camera::Camera;
-    #[pymodule_export]
-    use crate::images::{check, encode_frame, match_images};
-    #[pymodule_export]
-    use crate::many::solve_pairs;
-    #[pymodule_export]
-    use crate::outcome::{Health, Pair, Result};
-    #[pymodule_export]
-    use crate::rig::{Rig, read_rig};
+    use crate::{
+        calibration::Calibration,
+        calibrator::{Calibrator, solve_pairs},
+        camera::Camera,
+        images::{check, encode_frame, match_images},
+        outcome::{Health, Pair, Result},
+        rig::{Rig, read_rig},
+    };
 }

@@ -2,7 +2,7 @@
 
 #![allow(non_snake_case, reason = "the field's symbol")]
 
-use std::fmt::Debug;
+use std::collections::BTreeMap;
 
 use host_tests::data::in_f64;
 use pyo3::prelude::*;
@@ -11,15 +11,15 @@ use pyo3::types::{PyString, PyTuple, PyType};
 use stereo_selfcal::outcome::{self, LensEstimate, StandardDeviations};
 use stereo_selfcal::{Health as CoreHealth, PairReport, Proposal, Reasons};
 
-use crate::arguments::{Matrix, Vector, pose};
+use crate::arguments::{Matrix, Points, Pose, Triple, Vector, pose};
 use crate::engine::Outcome;
-use crate::errors::{CoreError, raised};
+use crate::errors::{CoreError, name, raised};
 
 /// Defines tuples that are read as named tuples of `stereo_selfcal._results`.
 macro_rules! named_tuples {
     ($($name:ident($($field:ident: $type:ty),+);)+) => {$(
         #[derive(Clone, FromPyObject)]
-        pub(crate) struct $name($($type),+);
+        pub(crate) struct $name($(pub(crate) $type),+);
 
         impl<'py> IntoPyObject<'py> for $name {
             type Target = PyAny;
@@ -38,28 +38,23 @@ named_tuples! {
     Sd(rotation: f32, translation: f32);
     Finding(value: f32, sd: f32);
     Frame(sequence: u32, timestamp_us: u64);
+    Matches(left: Points, right: Points, score: Vector);
 }
 
-/// Errors of the lens models, read as a dictionary.
-#[derive(Clone, FromPyObject, IntoPyObject)]
-#[pyo3(from_item_all)]
-pub(crate) struct Lens {
-    focal: Finding,
-    k1: Finding,
-    k1_mean: Finding,
-    p1: Finding,
-    principal_x_px: Finding,
+/// Fields of a struct with their names, for a dictionary.
+macro_rules! named {
+    ($of:ident: $($field:ident)+) => { [$((stringify!($field), $of.$field)),+] };
 }
+pub(crate) use named;
 
 /// Defines classes of plain data: fields with their values. They can be pickled.
 macro_rules! data {
     ($(
-        $(#[$doc:meta])*
-        $name:ident($($given:ident: $of:ty),+) { $($field:ident: $type:ty = $value:expr,)+ }
+        $(#[$attribute:meta])*
+        $name:ident($($given:tt: $of:ty),+) { $($field:ident: $type:ty = $value:expr,)+ }
         { $($method:tt)* }
     )+) => {$(
-        $(#[$doc])*
-        #[pyclass(frozen, get_all, module = "stereo_selfcal")]
+        $(#[$attribute])*
         pub(crate) struct $name { $($field: $type),+ }
 
         impl $name {
@@ -81,18 +76,21 @@ macro_rules! data {
 
             fn __reduce__<'py>(
                 of: &Bound<'py, Self>,
-            ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
+            ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, pyo3::types::PyTuple>)> {
                 let fields = [$(of.getattr(stringify!($field))?),+];
-                Ok((of.getattr("_of")?, PyTuple::new(of.py(), fields)?))
+                Ok((of.getattr("_of")?, pyo3::types::PyTuple::new(of.py(), fields)?))
             }
         }
     )+};
 }
+pub(crate) use data;
+
 data! {
     /// One stereo pair, solved.
-    Pair(of: &PairReport<f32>) {
-        R: Matrix<3, 3> = pose(&in_f64(&of.extrinsics)).0,
-        t: Vector = pose(&in_f64(&of.extrinsics)).1,
+    #[pyclass(frozen, get_all, module = "stereo_selfcal")]
+    Pair(of: &PairReport<f32>, (R, t): Pose) {
+        R: Matrix<3, 3> = R,
+        t: Triple = t,
         rms_px_before: f32 = of.rms_px_before,
         rms_px_after: f32 = of.rms_px_after,
         noise_px: f32 = of.noise_px,
@@ -104,6 +102,7 @@ data! {
     } {}
 
     /// The calibration in use and the estimate, over the matches of the last pair.
+    #[pyclass(frozen, get_all, module = "stereo_selfcal")]
     Health(of: &CoreHealth<f32>, proposal: &Proposal<f32>) {
         may_arm: bool = of.may_arm(),
         band: String = name(&of.band),
@@ -116,18 +115,18 @@ data! {
         corner_px: f32 = of.corner_px,
         contradicting_ranges: u16 = of.contradicting_ranges,
         contradicting_motions: u16 = of.contradicting_motions,
-        lens_yaw: Finding = proposal.lens_yaw.into(),
-        lens: Option<Lens> = proposal.lens.as_ref().map(Lens::new),
-        weakest: Option<(String, f32)> =
-            proposal.weakest().map(|(direction, sd)| (name(&direction), sd)),
+        lens_yaw: Finding = finding(proposal.lens_yaw),
+        lens: Option<BTreeMap<String, Finding>> = proposal.lens.as_ref().map(lens),
+        weakest: Option<(String, f32)> = proposal.weakest().map(|(of, sd)| (name(&of), sd)),
         yaw: f32 = of.yaw,
         vibration: Sd = Sd(proposal.vibration.rotation, proposal.vibration.baseline),
     } {}
 
     /// The estimate after a pair.
-    Result(py: Python<'_>, of: &Outcome) {
-        R: Option<Matrix<3, 3>> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).0),
-        t: Option<Vector> = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)).1),
+    #[pyclass(frozen, get_all, module = "stereo_selfcal")]
+    Result(py: Python<'_>, of: &Outcome, (R, t): (Option<Matrix<3, 3>>, Option<Triple>)) {
+        R: Option<Matrix<3, 3>> = R,
+        t: Option<Triple> = t,
         state: String = name(&of.state),
         health: Option<Py<Health>> = match (&of.health, &of.proposal) {
             (Some(health), Some(proposal)) => Some(Py::new(py, Health::new(health, proposal)?)?),
@@ -135,16 +134,17 @@ data! {
         },
         reasons: Py<PyTuple> = {
             let reasons = of.health.as_ref().map_or(Reasons::default(), |health| health.reasons);
-            let names: Vec<String> = reasons.iter().map(|reason| name(&reason)).collect();
-            PyTuple::new(py, names)?.unbind()
+            PyTuple::new(py, reasons.iter().map(|reason| name(&reason)).collect::<Vec<_>>())?.unbind()
         },
         cause: Option<String> = of.cause.map(|cause| cause.to_string()),
-        sd: Option<Sd> = of.proposal.as_ref().map(|of| of.sd.into()),
-        sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| of.sd_lens.into()),
+        sd: Option<Sd> = of.proposal.as_ref().map(|of| deviations(of.sd)),
+        sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| deviations(of.sd_lens)),
         fused: Option<String> = of.fused.ok().as_ref().map(name),
         rejection: Option<Py<PyAny>> = of.fused.err().map(|why| exception(py, why)),
-        pair: Option<Py<Pair>> =
-            of.report.as_ref().map(|report| Py::new(py, Pair::new(report)?)).transpose()?,
+        pair: Option<Py<Pair>> = match &of.report {
+            Some(of) => Some(Py::new(py, Pair::new(of, pose(&in_f64(&of.extrinsics)))?)?),
+            None => None,
+        },
         motion: Option<Py<PyAny>> = of.motion.map(|motion| match motion {
             Ok(witnessed) => PyString::new(py, &name(&witnessed)).into(),
             Err(why) => exception(py, why),
@@ -159,9 +159,8 @@ data! {
         fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
             let fused = self.fused.clone().or(self.rejection.as_ref().map(Py::to_string));
             let mut words = vec![format!("{}, {}", self.state, fused.unwrap_or_default())];
-            if let (Some(Vector(t)), Some(Sd(sd_r, sd_t))) = (&self.t, &self.sd_lens) {
-                let t: Vec<String> = t.iter().map(|x| format!("{x:.5}")).collect();
-                words.push(format!("t {}, sd {sd_r:.5} and {sd_t:.5} rad", t.join(" ")));
+            if let (Some(Triple([x, y, z])), Some(Sd(r, t))) = (&self.t, &self.sd_lens) {
+                words.push(format!("t {x:.5} {y:.5} {z:.5}, sd {r:.5} and {t:.5} rad"));
             }
             if let Some(Health { in_use_px: used, proposed_px, .. }) = self.health.as_ref().map(Py::get) {
                 words.push(format!("rows {used:.2} px in use, {proposed_px:.2} px by the estimate"));
@@ -176,16 +175,12 @@ data! {
     }
 }
 
-/// A name of the core in Python's style: `KeptApart` is `kept_apart`.
-pub(crate) fn name(of: &impl Debug) -> String {
-    let mut name = String::with_capacity(24);
-    for letter in format!("{of:?}").chars().take_while(char::is_ascii_alphanumeric) {
-        if letter.is_uppercase() && !name.is_empty() {
-            name.push('_');
-        }
-        name.push(letter.to_ascii_lowercase());
+impl Result {
+    /// All results of a pair.
+    pub(crate) fn of(py: Python<'_>, of: &Outcome) -> PyResult<Self> {
+        let estimate = of.proposal.as_ref().map(|of| pose(&in_f64(&of.extrinsics)));
+        Self::new(py, of, estimate.unzip())
     }
-    name
 }
 
 /// The exception of an error, not raised.
@@ -193,27 +188,16 @@ fn exception<E: CoreError>(py: Python<'_>, why: E) -> Py<PyAny> {
     raised("")(why).into_value(py).into_any()
 }
 
-impl Lens {
-    fn new(of: &LensEstimate<f32>) -> Self {
-        let LensEstimate { focal, k1, k1_mean, p1, principal_x_px, .. } = *of;
-        Self {
-            focal: focal.into(),
-            k1: k1.into(),
-            k1_mean: k1_mean.into(),
-            p1: p1.into(),
-            principal_x_px: principal_x_px.into(),
-        }
-    }
+fn deviations(of: StandardDeviations<f32>) -> Sd {
+    Sd(of.rotation, of.translation)
 }
 
-impl From<outcome::Finding<f32>> for Finding {
-    fn from(of: outcome::Finding<f32>) -> Self {
-        Self(of.value, of.sd)
-    }
+fn finding(of: outcome::Finding<f32>) -> Finding {
+    Finding(of.value, of.sd)
 }
 
-impl From<StandardDeviations<f32>> for Sd {
-    fn from(of: StandardDeviations<f32>) -> Self {
-        Self(of.rotation, of.translation)
-    }
+/// Errors of the lens models by their names.
+fn lens(of: &LensEstimate<f32>) -> BTreeMap<String, Finding> {
+    let errors = named! { of: focal k1 k1_mean p1 principal_x_px };
+    errors.map(|(name, of)| (name.to_owned(), finding(of))).into()
 }

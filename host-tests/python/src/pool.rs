@@ -1,25 +1,20 @@
-//! Threads for work without the GIL. A child of `os.fork` does not have its parent's threads and gets its own.
+//! Threads for work without the GIL. They end with the call, so a child of `os.fork` never waits for threads that it lacks.
 
-use std::process;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{self, RecvTimeoutError};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use rayon::{ThreadPool, ThreadPoolBuilder};
+use rayon::ThreadPoolBuilder;
 
 use crate::errors::value;
 
-/// Threads, and the process that they belong to.
-static POOL: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
-
 /// Interval of the checks for signals.
-const SIGNALS: Duration = Duration::from_millis(50);
+const SIGNALS: Duration = Duration::from_millis(20);
 
-/// Runs work on the threads of this process, without the GIL.
+/// Runs work on all processors, without the GIL.
 pub(crate) fn install<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
-    let pool = pool()?;
+    let pool = ThreadPoolBuilder::new().build().map_err(value)?;
     Ok(py.detach(|| pool.install(work)))
 }
 
@@ -34,45 +29,16 @@ pub(crate) fn install_until<T: Send>(
     stop: &AtomicBool,
     work: impl FnOnce() -> T + Send,
 ) -> PyResult<T> {
-    let pool = pool()?;
+    let pool = ThreadPoolBuilder::new().build().map_err(value)?;
     py.detach(|| {
-        pool.in_place_scope(|scope| {
-            let (done, result) = mpsc::channel();
-            scope.spawn(move |_| {
-                // The receiver is gone after a signal.
-                let _ = done.send(work());
-            });
-            loop {
-                match result.recv_timeout(SIGNALS) {
-                    Ok(result) => return Ok(result),
-                    Err(RecvTimeoutError::Disconnected) => {
-                        return Err(value("the work has failed"));
-                    }
-                    Err(RecvTimeoutError::Timeout) => {
-                        signals().inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
-                    }
-                }
+        thread::scope(|scope| {
+            let working = scope.spawn(|| pool.install(work));
+            while !working.is_finished() {
+                thread::sleep(SIGNALS);
+                let stopped = |_: &PyErr| stop.store(true, Ordering::Relaxed);
+                Python::attach(|py| py.check_signals().inspect_err(stopped))?;
             }
+            working.join().map_err(|_| value("the work has failed"))
         })
     })
-}
-
-fn signals() -> PyResult<()> {
-    Python::attach(|py| {
-        py.check_signals()?;
-        Ok(())
-    })
-}
-
-/// Called with the GIL, like `os.fork`, so a child never inherits a held lock.
-fn pool() -> PyResult<Arc<ThreadPool>> {
-    let mut held = POOL.lock().unwrap_or_else(PoisonError::into_inner);
-    let own = process::id();
-    if let Some((_, pool)) = held.as_ref().filter(|(process, _)| *process == own) {
-        return Ok(Arc::clone(pool));
-    }
-    let pool = Arc::new(ThreadPoolBuilder::new().build().map_err(value)?);
-    // Dropping the parent's pool would wait for threads that this process does not have.
-    std::mem::forget(held.replace((own, Arc::clone(&pool))));
-    Ok(pool)
 }

@@ -5,68 +5,10 @@ images before undistortion, and ``(0, 0)`` is the centre of the top left one. An
 those of a vehicle with the same capacity, bit for bit.
 """
 
-from ._errors import (
-    ApplyError,
-    BusyError,
-    CameraError,
-    ConfigError,
-    ExtrinsicsError,
-    FrameRefusal,
-    MotionError,
-    PairError,
-    RangeError,
-    RectifyError,
-    Refusal,
-    RestoreError,
-    SelfcalError,
-)
-from ._native import (
-    Calibration,
-    Calibrator,
-    Camera,
-    Health,
-    Pair,
-    Result,
-    Rig,
-    check,
-    encode_frame,
-    match,
-    read_rig,
-    solve_pairs,
-)
-from ._plot import plot
-from ._results import Check, Finding, Frame, Matches, Sd
+from . import _errors, _native, _plot, _results
+from ._errors import *
+from ._native import *
+from ._plot import *
+from ._results import *
 
-__all__ = [
-    "ApplyError",
-    "BusyError",
-    "Calibration",
-    "Calibrator",
-    "Camera",
-    "CameraError",
-    "Check",
-    "ConfigError",
-    "ExtrinsicsError",
-    "Finding",
-    "Frame",
-    "FrameRefusal",
-    "Health",
-    "Matches",
-    "MotionError",
-    "Pair",
-    "PairError",
-    "RangeError",
-    "RectifyError",
-    "Refusal",
-    "RestoreError",
-    "Result",
-    "Rig",
-    "Sd",
-    "SelfcalError",
-    "check",
-    "encode_frame",
-    "match",
-    "plot",
-    "read_rig",
-    "solve_pairs",
-]
+__all__ = _errors.__all__ + _native.__all__ + _plot.__all__ + _results.__all__

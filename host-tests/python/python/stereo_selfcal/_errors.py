@@ -2,6 +2,11 @@
 
 from __future__ import annotations
 
+__all__ = [
+    "ApplyError", "BusyError", "CameraError", "ConfigError", "ExtrinsicsError", "FrameRefusal", "MotionError",
+    "PairError", "RangeError", "RectifyError", "Refusal", "RestoreError", "SelfcalError",
+]
+
 
 class SelfcalError(Exception):
     """An error of the core.

@@ -194,7 +194,7 @@ class Rig:
 
     def __eq__(self, other: object, /) -> bool: ...
     def __ne__(self, other: object, /) -> bool: ...
-    def __reduce__(self) -> tuple[Any, ...]: ...
+    def __getnewargs_ex__(self) -> tuple[Any, Any]: ...
 
 @final
 class Calibration:
@@ -302,7 +302,7 @@ class Calibrator:
     rig : Rig
         Cameras, and start of the estimate.
     capacity : int
-        Capacity in matches of a pair: 64, 128, .. 2048. From more matches it selects by image spread and score.
+        Capacity in matches of a pair: 64, 256, 1024 or 2048. From more matches it selects by image spread and score.
     preset : str
         ``"robust"``: up to half of the matches may be wrong. ``"paper"``: the published method.
     lens : str
@@ -513,7 +513,7 @@ class Calibrator:
             The calibrator is unchanged.
         """
 
-    def __reduce__(self) -> tuple[Any, ...]: ...
+    def __getnewargs_ex__(self) -> tuple[Any, Any]: ...
     def __setstate__(self, record: bytes, /) -> None: ...
 
 @final

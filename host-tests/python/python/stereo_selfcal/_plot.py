@@ -13,6 +13,8 @@ from ._native import Calibration, Result
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+__all__ = ["plot"]
+
 #: Largest row offset of a match that fits, px.
 FIT_PX = 3.0
 

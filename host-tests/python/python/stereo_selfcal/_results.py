@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import dataclass, field
 from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+
+__all__ = ["Check", "Finding", "Frame", "Matches", "Sd"]
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
@@ -66,3 +69,8 @@ class Check:
     verdict: Literal["good", "improvable", "recalibrate", "unknown"]
     reasons: tuple[str, ...]
     numbers: dict[str, object] = field(repr=False)
+
+    @classmethod
+    def _of(cls, text: str) -> Check:
+        numbers = json.loads(text)
+        return cls(numbers["verdict"], tuple(numbers["reasons"]), numbers)
