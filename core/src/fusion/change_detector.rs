@@ -101,6 +101,7 @@ impl<T: Scalar> ChangeDetector<T> {
     /// to no admissible rig.
     ///
     /// * `is_mixed`: whether the short window holds pairs from before the change. A later renewal then drops them.
+    #[inline(never)]
     pub(super) fn renew(
         &mut self,
         hypothesis: &mut Hypothesis<T>,

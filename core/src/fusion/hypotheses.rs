@@ -60,17 +60,12 @@ impl<T: Scalar> Champion<T> {
         context: &Context<'_, T>,
     ) -> Result<Fused, Rejection> {
         let finding = self.add(measurement, context)?;
-        if finding == Finding::Settled {
-            // Mount and lens have learnt from the sums before the change.
-            self.detector.renew(&mut self.hypothesis, false, context);
-        }
-        if finding != Finding::Changed {
-            return Ok(Fused::Added);
-        }
-        let learned = kept.learned(&self.hypothesis, context);
-        if !self.detector.renew(&mut self.hypothesis, true, context) {
-            return Ok(Fused::Added);
-        }
+        let Self { hypothesis, detector } = self;
+        let is_change = finding == Finding::Changed;
+        // When the pairs after a change have settled, lens and mount have learnt from the sums before it.
+        let learned = is_change.then(|| kept.learned(hypothesis, context));
+        let is_renewed = finding != Finding::Same && detector.renew(hypothesis, is_change, context);
+        let Some(learned) = learned.filter(|_| is_renewed) else { return Ok(Fused::Added) };
         kept.keep(learned);
         Ok(Fused::Renewed)
     }
