@@ -202,9 +202,13 @@ impl<T: Scalar> Fusion<T> {
         let kept = Kept { reference, mount };
         let fused = hypotheses.fuse(&result, kept, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
-        // A pair beyond the correction limit does not update the vibration estimate. A pair that only disagrees does,
-        // because the rig may vibrate.
-        let is_admissible = matches!(fused, Ok(_) | Err(Rejection::Disagrees));
+        // A pair beyond the correction limit does not update the vibration estimate, nor a pair of another rig: the
+        // wrong poses of weak pairs would be a vibration that hides knocks. A pair that only disagrees does, because the
+        // rig may vibrate.
+        let is_admissible = match fused {
+            Ok(fused) => fused != Fused::KeptApart,
+            Err(error) => error == Rejection::Disagrees,
+        };
         if is_heard && is_admissible && !result.seen.is_repeated() {
             let measurement = &result.evaluated.measurement;
             match fused {
