@@ -141,3 +141,20 @@ fn a_wrong_focal_length_is_found_and_compensated_on_a_vibrating_rig_too() {
     let focal = compensated.lens.unwrap().focal;
     assert!(corrections > 0 && (focal.value - 0.002).abs() < 1e-4, "{focal:?}");
 }
+
+#[test]
+fn pairs_of_other_rigs_are_no_vibration() {
+    let mut calibrator = fresh();
+    let mut kept_apart = 0;
+    for pair in 0..60_u64 {
+        // Every second pair after the lock is turned by two degrees, each in another direction.
+        let turned = if pair > 10 && pair.is_multiple_of(2) { 2.0 } else { 0.0 };
+        for m in correspondences::<f32>(&shaken(turned, pair), 200, 0.5, 1000 + pair) {
+            calibrator.push(&m).unwrap();
+        }
+        kept_apart += u32::from(calibrator.solve_pair().fused == Ok(Fused::KeptApart));
+        let vibration = calibrator.proposal().unwrap().vibration;
+        assert_eq!([vibration.rotation, vibration.baseline], [0.0; 2], "{pair}");
+    }
+    assert!(kept_apart >= 10, "{kept_apart}");
+}
