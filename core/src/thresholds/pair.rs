@@ -24,7 +24,8 @@ pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 
 /// Excess of a peak over the count beside it, in deviations of chance, also at a pose found from afar or not confirmed,
-/// and of correspondences of high leverage. A larger value overlooks few inliers; a smaller one takes chance for a peak.
+/// of correspondences of high leverage, and of a gap between two crowds. A larger value overlooks few inliers; a smaller
+/// one takes chance for a peak.
 pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
 
 /// Scale of the loss over the peak that it is aimed at. A larger scale ends between two crowds of matches; a smaller
