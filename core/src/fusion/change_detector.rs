@@ -51,10 +51,10 @@ impl<T: Scalar> ChangeDetector<T> {
         is_mixed: false,
     };
 
-    /// Restarts in place.
+    /// Restarts the windows in place. Sums that hold pairs from before a change still do.
     #[inline(never)]
     pub(super) fn restart(&mut self) {
-        *self = Self::NEW;
+        *self = Self { is_mixed: self.is_mixed, ..Self::NEW };
     }
 
     /// Adds a pair that the hypothesis already includes; returns what the windows show.

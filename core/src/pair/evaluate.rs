@@ -19,7 +19,8 @@ use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    FOUND_NEAR, FOUND_NEAR_MOST, MAX_NOISE_PX, MIN_WEIGHTED, TRACK_MIN_NEAR, TRACK_PEAK,
+    FOUND_NEAR, FOUND_NEAR_MOST, MAX_NOISE_PX, MIN_WEIGHTED, PEAK_OVER_BESIDE, TRACK_MIN_NEAR,
+    TRACK_PEAK,
 };
 
 /// Measurement of the extrinsics by one batch.
@@ -204,11 +205,12 @@ impl<T: Scalar> EvaluatedPose<T> {
     ///
     /// * `needed`: near residuals, by configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {
-        let near = self.stats.near();
+        let (near, beside) = (self.stats.near(), self.stats.beside());
         let noise = self.measurement.noise;
         let [share, per_px] = FOUND_NEAR.map(T::lit);
         let share = (share + per_px * noise).min(T::lit(FOUND_NEAR_MOST));
         near >= T::count(needed.into())
+            && near >= T::lit(PEAK_OVER_BESIDE) * beside
             && near >= share * self.stats.usable
             && self.stats.exceed_background()
             && noise < T::lit(MAX_NOISE_PX)

@@ -137,8 +137,7 @@ impl<T: Scalar> ResidualStats<T> {
     pub(super) fn is_hollow(&self) -> bool {
         let missing = self.near() * T::lit(0.25) - self.inner;
         let variance = self.near() * T::lit(0.25 * 0.75);
-        missing > T::ZERO
-            && missing * missing > T::lit(PEAK_DEVIATIONS * PEAK_DEVIATIONS) * variance
+        missing > T::lit(PEAK_DEVIATIONS) * variance.sqrt()
     }
 
     /// Whether too many points that fit are behind the cameras.

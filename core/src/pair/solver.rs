@@ -14,7 +14,7 @@ use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::PassSums;
-use super::proposal::{Rounds, is_small, scale};
+use super::proposal::{Rounds, fit, is_small, scale};
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
 use super::weighting::Weighting;
@@ -28,8 +28,8 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{
-    LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, SETTLED, TIGHT_TUKEY,
-    TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
+    ANNEALING, FEW, LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, PROPOSAL_GAIN,
+    SETTLED, SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -195,7 +195,7 @@ impl<T: Scalar> PairSolver<T> {
     /// Takes one step from the sums at the pose, then the next loss of the schedule.
     ///
     /// `(H + P + damping) d = -(g + P m)` with the prior `P` and the sum `m` of the steps so far. At a fixed scale a
-    /// point of higher cost is left again, with more damping. Where no damping gives a step, the pair ends with
+    /// point of higher cost is left again, with more damping. Where no step exists, the pair ends with
     /// [`Stop::NoDescent`] at the best pose.
     #[inline(never)]
     fn step(&mut self, pass: &PassSums<T>, matches: usize) {
@@ -284,8 +284,16 @@ impl<T: Scalar> PairSolver<T> {
         self.passes = self.passes.saturating_add(1);
         let (by, noise) = (self.weighting(), self.iterate.noise);
         let scale = scale(noise);
-        let step = rounds.take(&by, matches, scale, &self.prior);
-        rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();
+        if let Some(d) = rounds.take(&by, matches, scale, &self.prior) {
+            let (pose, moved) = (self.iterate.pose, self.moved);
+            let least = fit(&by, matches, scale) + T::lit(PROPOSAL_GAIN);
+            // The sample and the linear residuals of the round may be wrong.
+            if self.moves(&d).is_some() && fit(&self.weighting(), matches, scale) > least {
+                rounds.moved = true;
+            } else {
+                (self.iterate.pose, self.moved) = (pose, moved);
+            }
+        }
         self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
             Second::Begun(rounds)
         } else {
@@ -316,7 +324,10 @@ impl<T: Scalar> PairSolver<T> {
         let peak = seen.map(|peak| peak.level.max(floor));
         match self.schedule {
             Schedule::Anneal(scale) => {
-                let (schedule, noise) = Schedule::after_annealing(scale, peak);
+                // The sums of few matches follow only small changes of the loss.
+                let are_few = pass.usable <= T::lit(FEW);
+                let annealing = T::lit(if are_few { SLOW_ANNEALING } else { ANNEALING });
+                let (schedule, noise) = Schedule::after_annealing(scale, annealing, peak);
                 self.schedule = schedule;
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;

@@ -68,3 +68,24 @@ fn a_window_rejects_beyond_its_limit_times_the_reduced_chi_square() {
     // Less than chance does not count as a change.
     assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 0.5)), [false, true]);
 }
+
+#[test]
+fn a_restart_keeps_that_the_sums_hold_pairs_from_before_a_change() {
+    let context = context();
+    let mut hypothesis = fused(&[evaluated_at(&truth(), 0)], 1, &context);
+    let settles_after = |is_mixed: bool, hypothesis: &mut Hypothesis<f64>| {
+        let mut detector = ChangeDetector { is_mixed, ..ChangeDetector::NEW };
+        detector.restart();
+        (1..=20).find(|k| {
+            let pair = evaluated_at(&truth(), *k);
+            let mut update = Update::NONE;
+            hypothesis.next_update(&pair.measurement, &context, &mut update).unwrap();
+            let moved = hypothesis.apply(&pair.measurement, &mut update, &context);
+            let measurement = &pair.measurement;
+            detector.add(hypothesis, &update.pair, measurement, &moved, &context)
+                == Finding::Settled
+        })
+    };
+    let found = [true, false].map(|is_mixed| settles_after(is_mixed, &mut hypothesis));
+    assert_eq!(found, [Some(SHORT_PAIRS.into()), None]);
+}
