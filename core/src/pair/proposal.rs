@@ -31,12 +31,7 @@ pub(super) struct Rounds {
 }
 
 impl Rounds {
-    /// More rounds in a small batch: the samples of one round miss the optimum more often.
-    pub(super) fn among(is_small: bool) -> Self {
-        let [left, of_small] = ROUNDS;
-        let left = if is_small { of_small } else { left };
-        Self { random: Random::NEW, left, moved: false }
-    }
+    pub(super) const NEW: Self = Self { random: Random::NEW, left: ROUNDS, moved: false };
 
     /// Takes one: the step to a better pose, rad, if it finds one.
     ///
@@ -229,7 +224,7 @@ mod tests {
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
         let (by, pairs) = (solver.weighting(), batch.pairs());
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
-        let mut rounds = Rounds::among(true);
+        let mut rounds = Rounds::NEW;
         let step = (0..rounds.left).find_map(|_| rounds.take(&by, pairs, 1.0, &prior));
         let mut rows = Rows::new();
         take_rows(&by, pairs, &mut rows);
@@ -306,7 +301,8 @@ mod tests {
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let (by, mut rows) = (solver.weighting(), Rows::new());
-        let step = Rounds::among(false).take(&by, batch.pairs(), 1.0, &prior)?;
+        let mut rounds = Rounds::NEW;
+        let step = rounds.take(&by, batch.pairs(), 1.0, &prior)?;
         take_rows(&by, batch.pairs(), &mut rows);
         let optimum = (0..20).fold(step, |d, _| improved(&rows, d, 1.0, &prior));
         let mut fit = [0; 2];

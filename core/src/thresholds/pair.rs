@@ -70,10 +70,10 @@ pub(crate) const MAX_RISE: f64 = 3.66;
 /// It is due at a peak wider than [`NARROW_PX`] as well. Larger parts spend passes; smaller ones stay with a fence.
 pub(crate) const CERTAIN_SHARE: [f64; 2] = [0.6, 0.9];
 
-/// Rounds of a second start, and in a small batch; correspondences that poses are drawn from; groups of poses in a round
-/// of that many correspondences; poses in a group; correspondences in a sample; and steps from the best pose of a group
-/// to the optimum near it. Larger values cost time; smaller ones miss more.
-pub(crate) const ROUNDS: [u8; 2] = [1, 3];
+/// Rounds of a second start; correspondences that poses are drawn from; groups of poses in a round of that many
+/// correspondences; poses in a group; correspondences in a sample; and steps from the best pose of a group to the
+/// optimum near it. Larger values cost time; smaller ones miss more.
+pub(crate) const ROUNDS: u8 = 3;
 pub(crate) const SAMPLED: usize = 64;
 pub(crate) const GROUPS: usize = 3;
 pub(crate) const GROUP: usize = 8;

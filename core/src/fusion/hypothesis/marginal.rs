@@ -176,9 +176,9 @@ mod tests {
         let variances = BlockVariances { rotation: 1e-5, baseline: 1e-5 };
         let context = Context::new(&config, &Extrinsics::SIDE_BY_SIDE, 1400.0_f64);
         let context = context.vibrating(variances);
-        let (mut update, mut refused) = (Update::NONE, 0);
+        let mut update = Update::NONE;
         for seed in 0..60_u32 {
-            // Baselines 0.8 to 1.6 rad apart.
+            // Half of the angle between the baselines, rad.
             let (sin, cos) = f64::from(seed).sin_cos();
             let off = 0.4 + 0.4 * f64::from(seed) / 60.0;
             let [one, other] = [off, -off].map(|off| {
@@ -188,8 +188,11 @@ mod tests {
             Hypothesis::first_update(&one, &context, &mut update).unwrap();
             let mut hypothesis = Hypothesis::EMPTY;
             hypothesis.begin(&one, &update, &context);
-            refused += u32::from(hypothesis.next_update(&other, &context, &mut update).is_err());
+            let is_refused = hypothesis.next_update(&other, &context, &mut update).is_err();
+            // In between it depends on the direction.
+            if !(0.5..0.65).contains(&off) {
+                assert_eq!(is_refused, off > 0.6, "{off}");
+            }
         }
-        assert!((10..30).contains(&refused), "{refused}");
     }
 }

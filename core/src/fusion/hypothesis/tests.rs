@@ -49,7 +49,7 @@ pub(in crate::fusion) fn evaluated_at<T: Scalar>(
     let pairs: Vec<RayPair<T>> = (0..128).map(|_| one()).collect();
     let batch = Batch::<T, 128>::of(&pairs);
     let start = context().factory_pose;
-    let mut solver = PairSolver::search(&Config::robust(), T::lit(FOCAL), start, 12);
+    let mut solver = PairSolver::search(&Config::robust(), T::lit(FOCAL), start, 24);
     while !solver.is_done() {
         solver.advance(batch.pairs()).unwrap();
     }
