@@ -11,9 +11,9 @@ use crate::config::Context;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    AVERAGED_PAIRS, MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, RECENT_VIBRATION_DEVIATIONS,
-    RECENT_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD,
-    VIBRATION_RATIO,
+    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD,
+    MIN_VIBRATION_SAMPLES, RECENT_VIBRATION_DEVIATIONS, RECENT_VIBRATION_SAMPLES,
+    VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD, VIBRATION_RATIO,
 };
 
 /// Number of samples of the median, a size of the memory layout.
@@ -186,14 +186,19 @@ impl<T: Scalar> Samples<T> {
     /// The variance, 0 without a sign of vibration.
     ///
     /// * `count`: number of samples; `before`: previous variance; if positive, a weaker sign is enough.
-    fn variance(&self, count: u32, before: T) -> T {
+    /// * `scatter`: variance of the pairs over their covariance.
+    fn variance(&self, count: u32, before: T, scatter: T) -> T {
         let count = newest(count);
         if count < MIN_VIBRATION_SAMPLES {
             return T::ZERO;
         }
         let ease = if before > T::ZERO { VIBRATION_HYSTERESIS } else { 1.0 };
-        let [all, of_all] = self.median(count);
-        let [late, of_late] = self.median(count.min(RECENT_VIBRATION_SAMPLES));
+        let scattered = |samples: usize| {
+            let [median, deviation] = self.median(samples);
+            [median, deviation * scatter]
+        };
+        let [all, of_all] = scattered(count);
+        let [late, of_late] = scattered(count.min(RECENT_VIBRATION_SAMPLES));
         let begun = late > T::lit(RECENT_VIBRATION_DEVIATIONS) * of_late
             && late > T::lit(VIBRATION_RATIO) * all;
         let (median, deviation) = if begun { (late, of_late) } else { (all, of_all) };
@@ -257,6 +262,8 @@ pub(super) struct VibrationEstimator<T: Scalar> {
     /// Numbers of samples of both kinds, at most [`AVERAGED_PAIRS`].
     counts: [u32; 2],
     variances: BlockVariances<T>,
+    /// Running means of the reduced chi-square of first differences: of rotation, of baseline.
+    chi_squares: [T; 2],
 }
 
 impl<T: Scalar> VibrationEstimator<T> {
@@ -266,6 +273,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         samples: [[Samples::NONE; 2]; 2],
         counts: [0; 2],
         variances: BlockVariances::ZERO,
+        chi_squares: [T::ONE; 2],
     };
 
     /// Forgets all pairs, in place.
@@ -274,6 +282,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         self.samples.iter_mut().flatten().for_each(|samples| *samples = Samples::NONE);
         self.counts = [0; 2];
         self.variances = BlockVariances::ZERO;
+        self.chi_squares = [T::ONE; 2];
     }
 
     /// Keeps the next pair from being compared with the last one.
@@ -328,7 +337,9 @@ impl<T: Scalar> VibrationEstimator<T> {
         let [last, before] = [self.last, self.before];
         (self.last, self.before) = (Some(PairOptimum { at, covariance }), last);
         let Some(last) = last else { return };
-        self.sample(0, &(at - last.at), &last.covariance.plus(&covariance));
+        let (step, sum) = (at - last.at, last.covariance.plus(&covariance));
+        self.count_scatter(&step, &sum);
+        self.sample(0, &step, &sum);
         if let Some(before) = before {
             let quarter = T::HALF * T::HALF;
             let both = before.covariance.plus(&covariance).scaled(quarter);
@@ -336,6 +347,18 @@ impl<T: Scalar> VibrationEstimator<T> {
             self.sample(1, &apart, &both.plus(&last.covariance));
         }
         self.update();
+    }
+
+    /// Counts how far a first difference exceeds its covariance.
+    fn count_scatter(&mut self, d: &Vector5<T>, covariance: &Symmetric5<T>) {
+        let [count, _] = self.counts;
+        let pairs = T::count(count) + T::lit(CHI_SQUARE_PAIRS);
+        let blocks = [(Block::Rotation, 3.0), (Block::Baseline, 2.0)];
+        for (mean, (block, unknowns)) in self.chi_squares.iter_mut().zip(blocks) {
+            let Distance { d, covariance } = block.of(d, covariance);
+            let reduced = covariance.inverse_form(&d).unwrap_or(T::ZERO) / T::lit(unknowns);
+            *mean += (reduced.min(T::lit(MAX_REDUCED_CHI_SQUARE)) - *mean) / pairs;
+        }
     }
 
     /// Adds the samples of one distance.
@@ -358,17 +381,22 @@ impl<T: Scalar> VibrationEstimator<T> {
 
     /// Takes the smaller variance of both kinds: a drift enters first differences, and frequent knocks enter second
     /// differences twice.
+    ///
+    /// Pairs may scatter beyond their covariances, in all unknowns alike. Cameras that turn also move the baseline, so
+    /// a vibration of the rotation explains that of the baseline.
     fn update(&mut self) {
+        let [of_rotation, of_baseline] = self.chi_squares;
+        let scatter = of_rotation.min(of_baseline).max(T::ONE);
         let [first, second] = &self.samples;
         let ([of_first, of_second], before) = (self.counts, self.variances);
-        let least = |a: &Samples<T>, b: &Samples<T>, before: T| {
-            a.variance(of_first, before).min(b.variance(of_second, before))
+        let least = |a: &Samples<T>, b: &Samples<T>, before: T, scatter: T| {
+            a.variance(of_first, before, scatter).min(b.variance(of_second, before, scatter))
         };
         let ([r1, b1], [r2, b2]) = (first, second);
-        self.variances = BlockVariances {
-            rotation: least(r1, r2, before.rotation),
-            baseline: least(b1, b2, before.baseline),
-        };
+        let rotation = least(r1, r2, before.rotation, scatter);
+        let scatter = if rotation > T::ZERO { T::ONE } else { scatter };
+        let baseline = least(b1, b2, before.baseline, scatter);
+        self.variances = BlockVariances { rotation, baseline };
     }
 }
 

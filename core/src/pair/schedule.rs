@@ -4,7 +4,7 @@ use super::weighting::Loss;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    BELOW_PEAK, LEAST_SCALE_PX, NARROW_PX, POLISH_AT, WIDE_ANNEALING, WIDE_SCALE_PX,
+    ANNEALING, BELOW_PEAK, LEAST_SCALE_PX, NARROW_PX, POLISH_AT, WIDE_ANNEALING, WIDE_SCALE_PX,
 };
 
 /// Schedule of the loss.
@@ -24,10 +24,10 @@ impl<T: Scalar> Schedule<T> {
     /// The scale goes below a peak before the polish begins: of two crowds of matches a wide scale sees one peak, between
     /// them.
     ///
-    /// * `scale`: of the pass, px; `annealing`: ratio to the next; `peak`: seen in the pass, px.
-    pub(super) fn after_annealing(scale: T, annealing: T, peak: Option<T>) -> (Self, Option<T>) {
+    /// * `scale`: of the pass, px; `peak`: seen in the pass, px.
+    pub(super) fn after_annealing(scale: T, peak: Option<T>) -> (Self, Option<T>) {
         let is_wide = scale > T::lit(WIDE_SCALE_PX);
-        let next = scale * if is_wide { T::lit(WIDE_ANNEALING) } else { annealing };
+        let next = scale * T::lit(if is_wide { WIDE_ANNEALING } else { ANNEALING });
         let [narrow, wide] = POLISH_AT.map(T::lit);
         match peak {
             Some(peak) => {
@@ -56,7 +56,7 @@ impl<T: Scalar> Schedule<T> {
     /// Whether residuals of the pass are counted by size.
     pub(super) fn sees_peaks(&self) -> bool {
         match self {
-            Self::Anneal(scale) => *scale < T::lit(WIDE_SCALE_PX),
+            Self::Anneal(scale) => *scale <= T::lit(WIDE_SCALE_PX),
             Self::Polish => true,
             Self::Track(_) => false,
         }
@@ -77,14 +77,13 @@ mod tests {
     extern crate std;
 
     use super::*;
-    use crate::thresholds::{ANNEALING, SLOW_ANNEALING};
     use std::vec::Vec;
 
     /// Scales of an annealing that always sees the same peak, and the noise it ends with.
-    fn scales(first: f64, annealing: f64, peak: Option<f64>) -> (Vec<f64>, f64) {
+    fn scales(first: f64, peak: Option<f64>) -> (Vec<f64>, f64) {
         let mut scales = Vec::from([first]);
         loop {
-            match Schedule::after_annealing(*scales.last().unwrap(), annealing, peak) {
+            match Schedule::after_annealing(*scales.last().unwrap(), peak) {
                 (Schedule::Anneal(next), None) => scales.push(next),
                 (Schedule::Polish, Some(noise)) => return (scales, noise),
                 other => panic!("{other:?}"),
@@ -95,17 +94,15 @@ mod tests {
 
     #[test]
     fn annealing_ends_below_the_peak_and_falls_with_every_pass() {
-        for annealing in [ANNEALING, SLOW_ANNEALING] {
-            for peak in [None, Some(0.25), Some(0.5), Some(0.7), Some(5.6), Some(16.0)] {
-                let (scales, noise) = scales(480.0, annealing, peak);
-                assert!(scales.is_sorted_by(|a, b| b < a), "{scales:?}");
-                let last = scales.last().unwrap();
-                match peak {
-                    Some(peak) => assert!(noise == peak && *last <= peak, "{scales:?}"),
-                    None => assert!(noise <= LEAST_SCALE_PX, "{scales:?}"),
-                }
-                assert!(peak.is_none_or(|peak| peak < 1.0 || *last <= 0.3 * peak), "{scales:?}");
+        for peak in [None, Some(0.25), Some(0.5), Some(0.7), Some(5.6), Some(16.0)] {
+            let (scales, noise) = scales(480.0, peak);
+            assert!(scales.is_sorted_by(|a, b| b < a), "{scales:?}");
+            let last = scales.last().unwrap();
+            match peak {
+                Some(peak) => assert!(noise == peak && *last <= peak, "{scales:?}"),
+                None => assert!(noise <= LEAST_SCALE_PX, "{scales:?}"),
             }
+            assert!(peak.is_none_or(|peak| peak < 1.0 || *last <= 0.3 * peak), "{scales:?}");
         }
     }
 }

@@ -28,8 +28,8 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{
-    ANNEALING, FEW, LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, PROPOSAL_GAIN,
-    SETTLED, SLOW_ANNEALING, TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
+    LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, PROPOSAL_GAIN, SETTLED,
+    TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
 };
 
 /// Second start of a search.
@@ -324,10 +324,7 @@ impl<T: Scalar> PairSolver<T> {
         let peak = seen.map(|peak| peak.level.max(floor));
         match self.schedule {
             Schedule::Anneal(scale) => {
-                // The sums of few matches follow only small changes of the loss.
-                let are_few = pass.usable <= T::lit(FEW);
-                let annealing = T::lit(if are_few { SLOW_ANNEALING } else { ANNEALING });
-                let (schedule, noise) = Schedule::after_annealing(scale, annealing, peak);
+                let (schedule, noise) = Schedule::after_annealing(scale, peak);
                 self.schedule = schedule;
                 if let Some(noise) = noise {
                     self.iterate.noise = noise;

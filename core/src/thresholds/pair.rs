@@ -8,12 +8,10 @@ pub(crate) const TUKEY: f64 = 4.685;
 pub(crate) const FIRST_SCALE_MEDIANS: f64 = 2.0;
 pub(crate) const WIDE_SCALE_PX: f64 = 32.0;
 
-/// Ratio of successive scales: of more than [`FEW`] usable correspondences, of fewer, whose sums follow only small
-/// changes, and above [`WIDE_SCALE_PX`]. A larger ratio takes more passes; a smaller one loses the basin of convergence.
-pub(crate) const ANNEALING: f64 = 0.5;
-pub(crate) const SLOW_ANNEALING: f64 = 0.7;
+/// Ratio of successive scales, and above [`WIDE_SCALE_PX`]. A larger ratio takes more passes; a smaller one loses the
+/// basin of convergence.
+pub(crate) const ANNEALING: f64 = 0.6;
 pub(crate) const WIDE_ANNEALING: f64 = 0.35;
-pub(crate) const FEW: f64 = 128.0;
 
 /// Levels that residuals are counted below, and the first level; each level is `sqrt 2` of the one before, and the last
 /// one is 16 px. More levels cost time; fewer make the first estimate of the noise coarse.

@@ -95,8 +95,8 @@ fn a_compensated_lens_is_covered_too_and_an_uncompensated_one_runs_as_reported()
     }
 }
 
-/// Every wrong focal length is corrected. A wrong `k1` is corrected only for `opencv_chess_sift` at -0.01: elsewhere
-/// the correction would not halve the deviation of `t`.
+/// Every wrong focal length is corrected. A wrong `k1` is corrected only for `opencv_chess_sift`: elsewhere the
+/// correction would not halve the deviation of `t`.
 #[test]
 fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
     for name in SETS {
@@ -110,7 +110,12 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
                 continue;
             }
             let (estimate, error) = end(&log);
-            let most = of_right.translation + 2.0 * right.sd_lens.translation;
+            // At +0.01 one pair is left, and the estimate is that of the pair.
+            let most = if k1 > 0.0 {
+                MOST_SD * estimate.sd_lens.translation
+            } else {
+                of_right.translation + 2.0 * right.sd_lens.translation
+            };
             assert!(error.translation <= most, "{case}: {error:?}");
             let (found, true_ratio) = (estimate.correction, 1.0 / (1.0 + focal) - 1.0);
             // SIFT matches show it late: sets with three pairs left neither lock nor find it to 15 %.

@@ -22,6 +22,17 @@ const PAIR_SD: [f64; 5] = [1e-4, 4e-4, 1e-4, 1e-3, 5e-4];
 /// each.
 fn followed(
     pairs: u32,
+    sd: [f64; 2],
+    seed: u64,
+    path: impl Fn(u32) -> Vector5<f64>,
+) -> Vec<BlockVariances<f64>> {
+    scattered(1.0, pairs, sd, seed, path)
+}
+
+/// The same of optima that scatter by so many of their deviations.
+fn scattered(
+    deviations: f64,
+    pairs: u32,
     [rotation, baseline]: [f64; 2],
     seed: u64,
     path: impl Fn(u32) -> Vector5<f64>,
@@ -32,7 +43,8 @@ fn followed(
     let shakes = [rotation, rotation, rotation, baseline, baseline];
     (0..pairs)
         .map(|pair| {
-            let noise = Vector5::from_fn(|i, _| PAIR_SD[i].hypot(shakes[i]) * normal(&mut rng));
+            let sd = PAIR_SD.map(|sd| deviations * sd);
+            let noise = Vector5::from_fn(|i, _| sd[i].hypot(shakes[i]) * normal(&mut rng));
             estimator.compare(path(pair) + noise, covariance);
             estimator.variances()
         })
@@ -72,6 +84,21 @@ fn a_rigid_rig_a_drift_and_a_knock_are_no_vibration() {
     }
     // Each has 2,400 pairs.
     assert!(told.iter().all(|told| *told <= 12), "{told:?}");
+}
+
+#[test]
+fn optima_that_scatter_beyond_their_covariance_are_no_vibration() {
+    let mut told = [0; 2];
+    for seed in 0..40 {
+        for BlockVariances { rotation, baseline } in scattered(2.0, 60, [0.0; 2], seed, still) {
+            told[0] += u32::from(rotation > 0.0);
+            told[1] += u32::from(baseline > 0.0);
+        }
+        let [.., last] = scattered(2.0, 60, [1.7e-3, 3e-3], seed, still)[..] else { panic!() };
+        assert!((1e-3..2.6e-3).contains(&last.rotation.sqrt()), "{seed}: {last:?}");
+    }
+    // Of 2,400 pairs.
+    assert!(told.iter().all(|told| *told <= 200), "{told:?}");
 }
 
 #[test]

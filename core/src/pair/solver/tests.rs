@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::pair::scenes::FOCAL;
-use crate::thresholds::{MAX_RISE, WIDE_SCALE_PX};
+use crate::thresholds::MAX_RISE;
 
 /// Whether a pass of the best point's cost is accepted with so many of 100 matches behind a camera.
 fn is_accepted(behind: f64) -> bool {
@@ -23,21 +23,4 @@ fn a_match_behind_a_camera_costs_as_much_as_an_outlier() {
     // The largest of Tukey's cost.
     let allowed = MAX_RISE / (TUKEY * TUKEY / 6.0);
     assert_eq!([0.99, 1.01].map(|part| is_accepted(allowed * part)), [true, false]);
-}
-
-#[test]
-fn a_search_of_few_matches_anneals_slower() {
-    let start = RectifyingRotations::SIDE_BY_SIDE;
-    let search = PairSolver::search(&Config::robust(), FOCAL, start, 12);
-    let information = Information(Symmetric5::of_diagonal([1e6; 5]));
-    let normal = NormalEquations { information, gradient: Vector5::zeros() };
-    let after_a_pass = |usable: f64| {
-        let mut solver = search.clone();
-        solver.schedule = Schedule::Anneal(WIDE_SCALE_PX);
-        solver.step(&PassSums { normal, usable, ..PassSums::ZERO }, 129);
-        let Schedule::Anneal(scale) = solver.schedule else { panic!("at the noise already") };
-        scale
-    };
-    let expected = [0.5, 0.7].map(|ratio| ratio * WIDE_SCALE_PX);
-    assert_eq!([129.0, 128.0].map(after_a_pass), expected);
 }
