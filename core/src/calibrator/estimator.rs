@@ -252,6 +252,15 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
+    /// The knowledge of the lens that a record keeps.
+    pub(crate) fn learned_lens(&self, context: &Context<'_, T>) -> LensReference<T> {
+        match self {
+            #[cfg(feature = "paper")]
+            Self::Paper(_) => LensReference::GIVEN,
+            Self::Robust(fusion) => fusion.learned_lens(context),
+        }
+    }
+
     /// Starts from the prior of a record. `None` if its parts do not fit together.
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
         match self {

@@ -23,7 +23,7 @@ pub(crate) struct LensReference<T> {
 
 impl<T: Scalar> LensReference<T> {
     /// The lens as given, without further knowledge.
-    pub(super) const GIVEN: Self = Self {
+    pub(crate) const GIVEN: Self = Self {
         correction: LensCorrection::NONE,
         known: LensCorrection::NONE,
         weights: [T::ZERO; 2],

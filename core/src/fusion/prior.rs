@@ -87,11 +87,16 @@ impl<T: Scalar> Learned<T> {
     /// Nothing: the mount yaw rests on the factory calibration.
     // No constant: it would take its size in flash.
     pub(crate) fn nothing() -> Self {
+        Self::of_lens(&LensReference::GIVEN)
+    }
+
+    /// Nothing but the knowledge of the lens.
+    pub(crate) fn of_lens(lens: &LensReference<T>) -> Self {
         let zero = T::ZERO;
         Self {
             prior: Prior::NONE,
-            lens: [zero; 6],
-            changes: 0,
+            lens: lens.numbers(),
+            changes: lens.changes(),
             vibration: KnownVibration::NONE,
             mount: [T::ONE, zero, zero, zero, zero, zero],
             mount_flags: [false; 3],
@@ -167,18 +172,24 @@ impl<T: Scalar> Fusion<T> {
         })
     }
 
-    /// Fills in the part that a record keeps.
+    /// The knowledge of the lens that a record keeps.
+    #[inline(never)]
+    pub(crate) fn learned_lens(&self, context: &Context<'_, T>) -> LensReference<T> {
+        let champion = self.hypotheses.champion();
+        champion.map_or(self.reference, |champion| {
+            self.reference.with_knowledge_of(champion, context)
+        })
+    }
+
+    /// Fills in the part that a record keeps, apart from the lens.
     #[inline(never)]
     pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
-        let mut reference = self.reference;
         if let Some(champion) = self.hypotheses.champion() {
             let prior = &mut learned.prior;
             if champion.fill_prior(prior, context).is_none() || !prior.is_consistent() {
                 learned.prior = Prior::NONE;
             }
-            reference = reference.with_knowledge_of(champion, context);
         }
-        (learned.lens, learned.changes) = (reference.numbers(), reference.changes());
         learned.vibration = self.vibration.known();
         (learned.mount, learned.mount_flags) = self.mount.parts();
     }

@@ -12,6 +12,7 @@ use crate::batch::correspondence::Cameras;
 use crate::calibrator::Calibrator;
 use crate::config::{Context, LensTracking};
 use crate::error::RestoreError;
+use crate::fusion::lens_reference::LensReference;
 use crate::fusion::prior::Learned;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
@@ -90,16 +91,37 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[must_use]
     pub fn snapshot(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];
-        let mut learned = Learned::nothing();
-        self.learn(&mut learned);
-        self.write_snapshot(&mut learned, &mut record);
+        let mut write = |learned: &mut _| self.write_snapshot(learned, &mut record);
+        self.learn(&mut write);
         record
     }
 
-    /// Fills in the estimate as a prior.
-    // Apart from writing it: the place of the record need not be on the stack yet.
+    /// Passes the estimate as a prior to `write`.
+    // Three calls: neither the prior nor the record is on the stack while the lens is solved.
     #[inline(never)]
-    pub(crate) fn learn(&self, learned: &mut Learned<T>) {
+    pub(crate) fn learn<R>(&self, write: &mut dyn FnMut(&mut Learned<T>) -> R) -> R {
+        let lens = self.learned_lens();
+        self.pass_learned(&lens, write)
+    }
+
+    #[inline(never)]
+    fn learned_lens(&self) -> LensReference<T> {
+        self.estimator.learned_lens(&self.estimator.context(&self.config, &self.factory))
+    }
+
+    #[inline(never)]
+    fn pass_learned<R>(
+        &self,
+        lens: &LensReference<T>,
+        write: &mut dyn FnMut(&mut Learned<T>) -> R,
+    ) -> R {
+        let mut learned = Learned::of_lens(lens);
+        self.fill_in(&mut learned);
+        write(&mut learned)
+    }
+
+    #[inline(never)]
+    fn fill_in(&self, learned: &mut Learned<T>) {
         let context = self.estimator.context(&self.config, &self.factory);
         self.estimator.learn(learned, &context);
     }
