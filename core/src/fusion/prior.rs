@@ -176,9 +176,8 @@ impl<T: Scalar> Fusion<T> {
     #[inline(never)]
     pub(crate) fn learned_lens(&self, context: &Context<'_, T>) -> LensReference<T> {
         let champion = self.hypotheses.champion();
-        champion.map_or(self.reference, |champion| {
-            self.reference.with_knowledge_of(champion, context)
-        })
+        champion
+            .map_or(self.reference, |champion| self.reference.with_knowledge_of(champion, context))
     }
 
     /// Fills in the part that a record keeps, apart from the lens.

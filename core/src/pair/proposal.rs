@@ -31,7 +31,10 @@ pub(super) struct Rounds {
 }
 
 impl Rounds {
-    pub(super) const NEW: Self = Self { random: Random::NEW, left: ROUNDS, moved: false };
+    /// [`ROUNDS`] of them, or one if the annealing has seen no peak: wrong matches have none.
+    pub(super) fn after_annealing(has_peak: bool) -> Self {
+        Self { random: Random::NEW, left: if has_peak { ROUNDS } else { 1 }, moved: false }
+    }
 
     /// Takes one: the step to a better pose, rad, if it finds one.
     ///
@@ -224,7 +227,7 @@ mod tests {
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
         let (by, pairs) = (solver.weighting(), batch.pairs());
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
-        let mut rounds = Rounds::NEW;
+        let mut rounds = Rounds::after_annealing(true);
         let step = (0..rounds.left).find_map(|_| rounds.take(&by, pairs, 1.0, &prior));
         let mut rows = Rows::new();
         take_rows(&by, pairs, &mut rows);
@@ -301,7 +304,7 @@ mod tests {
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let (by, mut rows) = (solver.weighting(), Rows::new());
-        let mut rounds = Rounds::NEW;
+        let mut rounds = Rounds::after_annealing(true);
         let step = rounds.take(&by, batch.pairs(), 1.0, &prior)?;
         take_rows(&by, batch.pairs(), &mut rows);
         let optimum = (0..20).fold(step, |d, _| improved(&rows, d, 1.0, &prior));

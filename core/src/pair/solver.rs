@@ -333,7 +333,7 @@ impl<T: Scalar> PairSolver<T> {
                     // A second start needs a pass of its own, and a step after it.
                     let has_passes = self.passes.saturating_add(1) < self.max_passes;
                     if is_doubtful && has_passes && self.second == Second::Possible {
-                        self.second = Second::Begun(Rounds::NEW);
+                        self.second = Second::Begun(Rounds::after_annealing(seen.is_some()));
                     }
                 }
                 false
