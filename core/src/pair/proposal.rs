@@ -31,7 +31,7 @@ pub(super) struct Rounds {
 }
 
 impl Rounds {
-    /// [`ROUNDS`] of them, or one if the annealing has seen no peak: wrong matches have none.
+    /// [`ROUNDS`] of them, or one if the annealing has seen no peak, as among wrong matches.
     pub(super) fn after_annealing(has_peak: bool) -> Self {
         Self { random: Random::NEW, left: if has_peak { ROUNDS } else { 1 }, moved: false }
     }

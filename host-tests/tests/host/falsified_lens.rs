@@ -110,7 +110,7 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
                 continue;
             }
             let (estimate, error) = end(&log);
-            // At +0.01 one pair is left, and the estimate is that of the pair.
+            // One pair follows the correction at +0.01.
             let most = if k1 > 0.0 {
                 MOST_SD * estimate.sd_lens.translation
             } else {

@@ -97,7 +97,7 @@ fn optima_that_scatter_beyond_their_covariance_are_no_vibration() {
         let [.., last] = scattered(2.0, 60, [1.7e-3, 3e-3], seed, still)[..] else { panic!() };
         assert!((1e-3..2.6e-3).contains(&last.rotation.sqrt()), "{seed}: {last:?}");
     }
-    // Of 2,400 pairs.
+    // Each count is over 2,400 pairs.
     assert!(told.iter().all(|told| *told <= 200), "{told:?}");
 }
 
