@@ -84,9 +84,9 @@ pub(crate) const ROLLED_CORRECT: u32 = shifted(shifted(u32::MAX, ROLLED_BYTES - 
 /// Contribution of half a byte to the register after it has left the window: lower half, upper half.
 static LEAVING: [[u32; 16]; 2] = [table(1, ROLLED_BYTES + 1), table(16, ROLLED_BYTES + 1)];
 
-/// Moves a checksum over the last 32 bytes on by a byte. It starts with 0 over zeros.
+/// Advances the checksum of a window of 32 bytes by one byte. The first register is 0, of a window of zeros.
 ///
-/// * `old`: the byte 32 before `new`.
+/// * `old`: the byte that leaves the window.
 #[inline(always)]
 pub(crate) fn roll(register: u32, new: u8, old: u8) -> u32 {
     let [lower, upper] = &LEAVING;

@@ -105,7 +105,7 @@
 //! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
 //! * Locked, a frame of 1,000 matches takes 0.78 million from its first byte to its outcome: 0.48 million to decode and
-//!   select, 0.30 million for the pair. While acquiring 1.68 million; a batch of mismatches alone, 1.22 million for the
+//!   select, 0.30 million for the pair. While acquiring 1.69 million; a batch of mismatches alone, 1.24 million for the
 //!   pair.
 //! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice. The
 //!   result equals that of [`Calibrator::solve_pair`], bit for bit.

@@ -159,8 +159,8 @@ pub(crate) const COMPENSATION_GAIN: f64 = 2.0;
 /// often; a smaller one restarts them by chance.
 pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
 
-/// Factor of the variances of the lens that are kept when sums are dropped: twice the variances alone are never less
-/// than the covariance of both. A larger factor makes the lens learn again; a smaller one trusts an estimate with the
+/// Factor of the variances of the lens that are kept when sums are dropped. Covariances are not kept, and doubled
+/// variances bound any covariance. A larger factor makes the lens learn again; a smaller one trusts an estimate with the
 /// weights of a wrong lens.
 pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 
@@ -240,7 +240,7 @@ pub(crate) const CALIBRATED_YAW_SD_RAD: f32 = 8.7e-4;
 /// the estimate to the factory extrinsics.
 pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;
 
-/// Standard deviations above which an error of the lens is named. A larger limit names it later; a smaller one names it
+/// Multiple of its standard deviation above which an error of the lens is named. A larger limit names it later; a smaller one names it
 /// by chance.
 pub(crate) const LENS_FOUND: f64 = 3.0;
 

@@ -46,7 +46,8 @@ impl<T: Scalar> Shift<T> {
     }
 }
 
-/// Cosine of twice the angle between a difference and the rows of the image: 1 along rows, -1 across them. Noise alone has
+/// `cos 2a` with the angle `a` between the rows and the change of displacement from the match before: 1 along rows, -1
+/// across them. Noise alone has
 /// the mean 0 and the variance 1/2; depth makes it positive; no match weighs more than 1.
 fn score<T: Scalar>([along, across]: [T; 2]) -> T {
     let [xx, yy] = [along * along, across * across];

@@ -14,9 +14,9 @@ pub struct LensPrior {
     pub principal_px: f32,
     /// Radial coefficient `k1`.
     pub k1: f32,
-    /// Tangential coefficient `p1`, of the right camera less that of the left one.
+    /// Tangential coefficient `p1` of the right camera minus that of the left one.
     pub p1: f32,
-    /// Tangential coefficient `p2` of the right camera, as far as it turns the baseline.
+    /// Part of the tangential coefficient `p2` of the right camera that turns the baseline.
     /// [`super::Config::with_lens_yaw_sd_rad`] has the apparent yaw that it causes.
     pub p2: f32,
 }

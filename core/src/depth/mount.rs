@@ -162,7 +162,7 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// The mount has turned: earlier measurements by witnesses do not support what comes now, nor contradict it.
+    /// After a turn of the mount, earlier measurements by witnesses neither support nor contradict later ones.
     fn forget_witnesses(&mut self) {
         (self.support, self.waiting) = (0, None);
     }

@@ -40,8 +40,8 @@ impl<T: Scalar> LensReference<T> {
         next.is_valid().then_some(next)
     }
 
-    /// The reference for a restart, if a restart gains: for the first change, if compensation halves the deviation of
-    /// `t`; later, if the weights may hide much of a further correction.
+    /// The reference to restart the sums with, or `None` if a restart gains nothing. The first restart must halve the
+    /// deviation of `t`. A later one is due where the weights may hide more than [`MAX_HIDDEN_LENS`] of it.
     #[inline(never)]
     pub(super) fn next(
         &self,

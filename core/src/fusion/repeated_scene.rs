@@ -72,7 +72,7 @@ impl RepeatedScene {
         self.remembered.clone_from(&self.at_hand);
     }
 
-    /// Numbers of remembered correspondences that a batch contains, and contains unmoved.
+    /// Counts the remembered correspondences that a batch contains, and those that have not moved.
     fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> [u32; 2] {
         if self.remembered.is_empty() {
             return [0; 2];
@@ -149,9 +149,9 @@ fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
     [steps(a, scale), steps(b, scale), steps(c, scale)]
 }
 
-/// Coordinate in steps.
+/// Coordinate of a ray at unit depth in steps of the quantisation, plus 32,768.
 ///
-/// * `scale`: steps per unit depth.
+/// * `scale`: steps per unit.
 fn steps<T: Scalar>(x: T, scale: T) -> u16 {
     (x * scale + T::lit(32_768.0)).to_u16()
 }

@@ -207,7 +207,7 @@ impl<T: Scalar> Fusion<T> {
 
 /// The estimate with the yaw of the mount.
 struct OfMount<T: Scalar> {
-    /// Pose of the rows, covariance of the mount.
+    /// Pose by rows alone; its covariance includes the yaw of the mount.
     estimate: WithLens<T>,
     /// Turn from the yaw of the rows to that of the mount, rad.
     turn: T,

@@ -58,8 +58,7 @@ impl<T: Scalar> RectifyingRotations<T> {
         Self { left: identity, right: identity }
     };
 
-    /// Place of a pose that is written before it is read. It is zero, because initial values of a hypothesis without
-    /// pairs would take a table in flash.
+    /// Placeholder, written before it is read. It is zero, because other initial values would take a table in flash.
     pub(crate) const UNSET: Self = {
         let zeros = Matrix3::from_array_storage(ArrayStorage([[T::ZERO; 3]; 3]));
         let rotation = Rotation3::from_matrix_unchecked(zeros);
@@ -113,8 +112,8 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// The five unknowns that lead from this pose to another, rad, to first order: rotation of `R`
     /// about the rectified x, y, z, then of the baseline about y and z.
     ///
-    /// Inverse of a step of these unknowns, up to the square of its length. Rotations are within pi, and baselines
-    /// within 10, the limit for a perpendicular baseline.
+    /// Inverse of a step of these unknowns, up to the square of its length. Components of the rotation are at
+    /// most pi, and components of the baseline at most 10, which a perpendicular baseline reaches.
     #[must_use]
     #[inline(never)]
     pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {

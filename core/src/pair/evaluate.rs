@@ -200,8 +200,8 @@ impl<T: Scalar> EvaluatedPose<T> {
         stats: ResidualStats::NONE,
     };
 
-    /// Whether a pose found by a search is an optimum: residuals form a peak at zero. Outliers alone have as many
-    /// within 2 units as from 2 to 4, and let the noise grow: the wider the peak, the more of them it must hold.
+    /// Whether a pose found by a search is an optimum: residuals form a peak at zero. Outliers alone fill
+    /// 0 to 2 and 2 to 4 units alike and raise the noise, so a wider peak must hold more matches.
     ///
     /// * `needed`: near residuals, by configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {

@@ -36,9 +36,9 @@ impl Rounds {
         Self { random: Random::NEW, left: if has_peak { ROUNDS } else { 1 }, moved: false }
     }
 
-    /// Takes one: the step to a better pose, rad, if it finds one.
+    /// Runs one round: the step to a better pose, rad, or `None`.
     ///
-    /// Residuals are taken as linear about the pose.
+    /// It takes the residuals as linear about the pose.
     ///
     /// * `by`: weighting at the pose; `scale`: of the score, px; `prior`: of a pose, 1/rad^2.
     #[inline(never)]

@@ -60,7 +60,7 @@ impl<T: Scalar> Weighting<T> {
         ResidualVariance::of(self.noise_squared, grid_step)
     }
 
-    /// Row of a correspondence, and what the limit on leverage does to it.
+    /// Row of the normal equations for a correspondence, and how far the limit on leverage has reduced its weight.
     ///
     /// * `precision`: `f^2 / V`, px^2; `w`: weight by the loss, 1/px^2.
     #[inline(always)]

@@ -43,7 +43,7 @@ struct Pass<T> {
     skipped: u32,
 }
 
-/// Solver of one pair, between two passes. Row offsets at unit depth.
+/// State of the solver of one pair between two passes. Row offsets are at unit depth.
 #[derive(Debug, Clone)]
 pub struct HuberSolver<T: Scalar> {
     /// Mean focal length, px.

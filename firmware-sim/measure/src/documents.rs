@@ -93,8 +93,9 @@ const EVIDENCE: &[(&str, &[&str], Show)] = &[
         Show::Rounded,
     ),
     (
-        "deepest stack found: `advance_pair`, its last call, `health`, `restore`",
+        "deepest stack found: `solve_pair`, `advance_pair`, its last call, `health`, `restore`",
         &[
+            "stack of solve_pair",
             "stack of advance_pair",
             "stack of advance_pair that fuses",
             "stack of health",
@@ -246,14 +247,17 @@ impl Figures<'_> {
         let [fast, small]: [Result<String>; 2] = [M4F, M4F_SMALL].map(flash);
         Ok(vec![
             times("a pair, locked", "update of 256 locked mean")?,
-            times("a pair while acquiring, at most", "update of 256 acquiring at most")?,
+            times(
+                "a pair while acquiring: at most; on the host the mean",
+                "update of 256 acquiring at most",
+            )?,
             times(
                 "any pair, at most: one of mismatches only",
                 "update of 256 of mismatches at most",
             )?,
             ("RAM of the calibrator".into(), vec![size; 3]),
             (
-                "stack of the core, with the flash store, at most".into(),
+                "stack of the core, with the flash store, at most (opt-level `s`)".into(),
                 vec![self.stack("m4f")?, self.stack("m7")?],
             ),
             (

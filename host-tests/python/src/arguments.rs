@@ -14,16 +14,9 @@ use crate::errors::{value, wrong_type};
 /// An argument as it is given.
 pub(crate) type Given<'py> = Bound<'py, PyAny>;
 
-/// An argument that is True or False.
-pub(crate) struct Flag(pub(crate) bool);
-
-impl FromPyObject<'_, '_> for Flag {
-    type Error = PyErr;
-
-    fn extract(given: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
-        let wrong = |_| wrong_type(format!("{} is neither True nor False", *given));
-        given.extract().map(Self).map_err(wrong)
-    }
+/// Whether frames are to tell motion.
+pub(crate) fn motion(given: &Given<'_>) -> PyResult<bool> {
+    given.extract().map_err(|_| wrong_type(format!("motion: {given} is neither True nor False")))
 }
 
 /// A float array of any number type and strides, row by row.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use stereo_selfcal::depth::{Range, RangeReading};
 use stereo_selfcal::{ApplyError, Config, Correspondence, LensTracking, Rejection};
 
-use crate::arguments::{Flag, Given, POINTS, matches, same_length};
+use crate::arguments::{Given, POINTS, matches, motion, same_length};
 use crate::calibration::Calibration;
 use crate::engine::{Engine, Outcome, each};
 use crate::errors::{busy, name, raised, unknown, value};
@@ -52,7 +52,7 @@ type Views<'py> = [Given<'py>; 2];
 impl Calibrator {
     #[new]
     #[pyo3(signature = (
-        rig, capacity=256, preset="robust", *, lens="report", max_correction_rad=None, memory_pairs=None, motion=Flag(false)
+        rig, capacity=256, preset="robust", *, lens="report", max_correction_rad=None, memory_pairs=None, motion=false
     ))]
     fn new(
         rig: Rig,
@@ -61,10 +61,9 @@ impl Calibrator {
         lens: &str,
         max_correction_rad: Option<f64>,
         memory_pairs: Option<i64>,
-        motion: Flag,
+        #[pyo3(from_py_with = motion)] motion: bool,
     ) -> PyResult<Self> {
-        let settings =
-            Settings { lens: lens.into(), max_correction_rad, memory_pairs, motion: motion.0 };
+        let settings = Settings { lens: lens.into(), max_correction_rad, memory_pairs, motion };
         let engine = Mutex::new(settings.engine(&rig, capacity, preset)?);
         Ok(Self { rig, capacity, preset: preset.into(), settings, engine })
     }
