@@ -104,7 +104,7 @@ fn words(cells: &[[[Cell; 3]; 3]; 2]) -> Vec<String> {
         let places: Vec<String> = empty.iter().map(|(row, column)| name(*row, *column)).collect();
         let corners = empty.iter().filter(|(row, column)| *row != 1 && *column != 1).count();
         let why = if corners > 0 {
-            "; matches in the corners tell yaw from pitch and from the lens: point them at texture for the last of yaw"
+            "; matches in the corners tell yaw from pitch and from the lens: point the corners at texture"
         } else {
             ": point it at texture"
         };
@@ -114,7 +114,7 @@ fn words(cells: &[[[Cell; 3]; 3]; 2]) -> Vec<String> {
     let [near, far] = DEPTHS;
     if sum(|cell| cell.near) < ENOUGH {
         words.push(format!(
-            "hardly anything nearer than {near} baselines: point the cameras at something near for t and the last of yaw"
+            "hardly anything nearer than {near} baselines: point the cameras at something near, for t and for yaw"
         ));
     }
     if sum(|cell| cell.far) < ENOUGH {

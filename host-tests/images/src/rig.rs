@@ -91,11 +91,11 @@ impl RigRequest {
                 Some(meta) => return self.fitted(meta, sizes),
                 None => infos.missing(),
             },
-            _ => "none lies beside the images".into(),
+            _ => "none is beside the images".into(),
         };
         match focal_of_exif(frame, sizes[0]) {
             Some(focal) => Ok(guess(focal, sizes, "EXIF")),
-            None => bail!("no rig: {missing}: {advice}"),
+            None => bail!("no calibration: {missing}; {advice}"),
         }
     }
 

@@ -134,8 +134,9 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
     if fused.state != State::Locked {
         let pairs = summary.pairs;
         reasons.push(format!(
-            "not confirmed: {} after {pairs} pairs; at least four must agree",
-            fused.state
+            "not confirmed: {} after {pairs} pair{}; at least four must agree",
+            fused.state,
+            if pairs == 1 { "" } else { "s" }
         ));
         return Verdict::Unknown;
     }

@@ -160,14 +160,14 @@ data! {
             let fused = self.fused.clone().or(self.rejection.as_ref().map(Py::to_string));
             let mut words = vec![format!("{}, {}", self.state, fused.unwrap_or_default())];
             if let (Some(Triple([x, y, z])), Some(Sd(r, t))) = (&self.t, &self.sd_lens) {
-                words.push(format!("t {x:.5} {y:.5} {z:.5}, sd {r:.5} and {t:.5} rad"));
+                words.push(format!("t {x:.5} {y:.5} {z:.5}, sd of R {r:.5}, of t {t:.5} rad"));
             }
             if let Some(Health { in_use_px: used, proposed_px, .. }) = self.health.as_ref().map(Py::get) {
                 words.push(format!("rows {used:.2} px in use, {proposed_px:.2} px by the estimate"));
             }
             let reasons: Vec<String> = self.reasons.extract(py)?;
             if !reasons.is_empty() {
-                words.push(format!("against it: {}", reasons.join(", ")));
+                words.push(format!("not armed: {}", reasons.join(", ")));
             }
             words.extend(self.cause.as_ref().map(|cause| format!("likely cause: {cause}")));
             Ok(format!("<Result {}>", words.join("; ")))

@@ -271,6 +271,7 @@ impl fmt::Display for Summary {
             writeln!(f, "matches refused    {refused} of {}: {why}", self.matches)?;
         }
         if self.has_reference {
+            self.write_pose(f)?;
             self.write_errors(f)?;
         } else {
             self.write_estimate(f)?;
@@ -323,6 +324,11 @@ impl Summary {
     /// Writes the figures that need no reference.
     fn write_estimate(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "reference          none: no errors")?;
+        self.write_pose(f)?;
+        writeln!(f, "pairs alone        {} of {} have an estimate", self.sigma_pairs, self.pairs)
+    }
+
+    fn write_pose(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if let Some(r) = self.r {
             let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_row_slice(&r));
             let [x, y, z] = so3::log(&rotation).map(f64::to_degrees).into();
@@ -331,7 +337,7 @@ impl Summary {
         if let Some([x, y, z]) = self.t {
             writeln!(f, "t                  ({x:.6}, {y:.6}, {z:.6})")?;
         }
-        writeln!(f, "pairs alone        {} of {} have an estimate", self.sigma_pairs, self.pairs)
+        Ok(())
     }
 
     fn write_rows(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

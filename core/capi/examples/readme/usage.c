@@ -18,7 +18,7 @@ static void take_pair(void) /* a pair that is not fused is normal: continue with
 int main(void)
 {
     selfcal_camera_t camera = {{1400, 1400}, {959.5f, 599.5f}, {1920, 1200}, SELFCAL_LENS_PINHOLE, {0}};
-    /* Side by side, a guess. With .extrinsics of a calibration their yaw is held. */
+    /* A guess, side by side. With .extrinsics, of a calibration, the estimate keeps their yaw. */
     selfcal_factory_t factory = {.left = camera, .right = camera};
     selfcal_correspondence_t m = {.score = 1};
     selfcal_calibration_t found; /* extrinsics and their cameras */
