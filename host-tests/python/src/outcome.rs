@@ -167,7 +167,7 @@ data! {
             }
             let reasons: Vec<String> = self.reasons.extract(py)?;
             if !reasons.is_empty() {
-                words.push(format!("not armed: {}", reasons.join(", ")));
+                words.push(format!("reasons: {}", reasons.join(", ")));
             }
             words.extend(self.cause.as_ref().map(|cause| format!("likely cause: {cause}")));
             Ok(format!("<Result {}>", words.join("; ")))
