@@ -1,4 +1,5 @@
-//! Variances of a random effect on the extrinsics: one of each rotation of `R`, one of each angle of the baseline.
+//! Variances of a random effect on the extrinsics: one for the three rotations of `R`, one for the two angles of the
+//! baseline.
 
 use nalgebra::Vector5;
 
@@ -8,15 +9,15 @@ use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_TURN_RATIO, TURN_RAD, VIBRATION_RAD};
 
-/// The least variance that has an inverse, rad^2.
+/// Smallest variance that is inverted, rad^2; smaller variances are raised to it.
 const LEAST: f64 = 1e-12;
 
-/// `Q`, a diagonal covariance of two values, rad^2.
+/// `Q`, a diagonal covariance with two different values, rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BlockVariances<T> {
-    /// Variance about each axis of `R`.
+    /// Variance of `R` about each axis.
     pub(crate) rotation: T,
-    /// Variance about each axis of the baseline.
+    /// Variance of the baseline about each axis.
     pub(crate) baseline: T,
 }
 
@@ -31,20 +32,21 @@ impl<T: Scalar> BlockVariances<T> {
         self.map(|variance| variance * factor)
     }
 
-    /// Clamps both to at least [`VIBRATION_RAD`] squared.
+    /// Returns both variances, each at least [`VIBRATION_RAD`] squared.
     #[inline(never)]
     pub(crate) fn at_least_rigid(&self) -> Self {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
     }
 
-    /// The larger variance of each block.
+    /// Returns the larger variance of each block.
     pub(crate) fn at_least(&self, other: &Self) -> Self {
         let Self { rotation, baseline } = *self;
         Self { rotation: rotation.max(other.rotation), baseline: baseline.max(other.baseline) }
     }
 
-    /// Variance of `R` if turning cameras explain both variances, else 0: a turn moves the baseline as much as `R`. A
-    /// wrong lens or a rolling shutter scatters the baseline far more, and `R` by no more than [`TURN_RAD`].
+    /// Returns the variance of `R`, rad^2, beyond that of a rig at rest, if rotations of the cameras explain both
+    /// variances; otherwise 0. A camera rotation moves the baseline about as much as `R`. A wrong lens or a rolling
+    /// shutter scatters the baseline far more than `R`, and scatters `R` by no more than [`TURN_RAD`].
     pub(crate) fn of_turns(&self) -> T {
         let Self { rotation, baseline } = *self;
         let turns = rotation > T::lit(TURN_RAD * TURN_RAD)
@@ -52,7 +54,7 @@ impl<T: Scalar> BlockVariances<T> {
         if turns { self.minus(&Self::ZERO.at_least_rigid()).rotation } else { T::ZERO }
     }
 
-    /// The variances less those of `other`, at least 0.
+    /// Returns the variances minus those of `other`, each at least 0.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         let Self { rotation, baseline } = *self;
         Self {
@@ -61,7 +63,7 @@ impl<T: Scalar> BlockVariances<T> {
         }
     }
 
-    /// Whether one of both is at least twice that of `other`.
+    /// Returns whether at least one variance is at least twice that of `other`.
     pub(crate) fn doubles(&self, other: &Self) -> bool {
         let two = T::lit(2.0);
         self.rotation >= two * other.rotation || self.baseline >= two * other.baseline
@@ -71,7 +73,7 @@ impl<T: Scalar> BlockVariances<T> {
         Self { rotation: f(self.rotation), baseline: f(self.baseline) }
     }
 
-    /// Variance of each unknown.
+    /// Returns the variance of each unknown, rad^2.
     pub(crate) fn diagonal(&self) -> [T; 5] {
         let Self { rotation: r, baseline: b } = *self;
         [r, r, r, b, b]
@@ -82,7 +84,7 @@ impl<T: Scalar> BlockVariances<T> {
         covariance.add(&Symmetric5::of_diagonal(self.diagonal()));
     }
 
-    /// `L Q L`: scatter of the gradient of a pair beyond its information `L`.
+    /// Returns `L Q L`: the covariance of the gradient of a pair beyond its information `L`.
     pub(crate) fn scatter_of_gradient(&self, information: &Information<T>) -> Information<T> {
         let mut scatter = Information::ZERO;
         let mut unit = Vector5::zeros();
@@ -97,12 +99,12 @@ impl<T: Scalar> BlockVariances<T> {
         scatter
     }
 
-    /// `Q^-1 x`.
+    /// Returns `Q^-1 x`.
     pub(crate) fn precise(&self, x: &Vector5<T>) -> Vector5<T> {
         x.component_mul(&Vector5::from(self.precision()))
     }
 
-    /// `L + Q^-1`.
+    /// Returns `L + Q^-1`.
     pub(crate) fn with_precision(&self, information: &Information<T>) -> Symmetric5<T> {
         information.0.plus(&Symmetric5::of_diagonal(self.precision()))
     }
@@ -111,12 +113,12 @@ impl<T: Scalar> BlockVariances<T> {
         self.diagonal().map(|q| T::ONE / q.max(T::lit(LEAST)))
     }
 
-    /// Equations of the mean if each optimum is off by the effect: information `(L^-1 + Q)^-1`, the same optimum. Free
-    /// directions stay free. `None` if numbers overflow.
+    /// Returns the equations for the mean extrinsics if the optimum of `of` contains the random effect: information
+    /// `(L^-1 + Q)^-1`, and the same optimum. Free directions stay free. `None` if numbers overflow.
     #[inline(never)]
     pub(crate) fn marginal(&self, of: &NormalEquations<T>) -> Option<NormalEquations<T>> {
         let factor = self.with_precision(&of.information).factor(T::ZERO)?;
-        // (L^-1 + Q)^-1 = L (L + Q^-1)^-1 Q^-1: no difference of large numbers.
+        // (L^-1 + Q)^-1 = L (L + Q^-1)^-1 Q^-1 avoids differences of large numbers.
         let mut information = Symmetric5::ZERO;
         let mut rest = &mut information.0[..];
         for axis in 0..5 {
@@ -125,7 +127,7 @@ impl<T: Scalar> BlockVariances<T> {
                 *x = T::ONE;
             }
             let [column] = of.information.times(&factor.solve(&self.precise(&unit))).data.0;
-            // Row `axis` of the lower triangle: the column above the diagonal.
+            // Row `axis` of the lower triangle equals the column down to the diagonal.
             let (row, below) = rest.split_at_mut_checked(axis + 1)?;
             row.iter_mut().zip(column).for_each(|(h, c)| *h = c);
             rest = below;

@@ -1,7 +1,7 @@
-//! Moments in another rectified frame.
+//! Transformation of moments to another rectified frame.
 //!
-//! The nine products are linear in `B = b a^T`, which rotations of the frames map to `R_b B R_a^T`.
-//! The map of the products is applied to the rows, then to the columns of `M`.
+//! The nine products are linear in `B = b a^T`, which rotations of the frames map to `R_b B R_a^T`. This linear map is
+//! applied to the rows of `M`, then to the columns.
 
 use nalgebra::{Matrix3, Rotation3};
 
@@ -11,15 +11,15 @@ use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 
 impl<T: Scalar> Moments<T> {
-    /// Transforms the sums from the rectified frame of one pose into that of another. The rotation's part of the
-    /// gradient's offset stays. Out of line: its 12 x 12 matrix leaves the caller's stack.
+    /// Transforms the sums from the rectified frame of one pose to that of another. The rotation part of the gradient's
+    /// offset stays unchanged. Out of line, to keep the 12 x 12 matrix off the caller's stack.
     #[inline(never)]
     pub(crate) fn change_frame(
         &mut self,
         from: &RectifyingRotations<T>,
         to: &RectifyingRotations<T>,
     ) {
-        // Minus the identity: small rotations keep their digits.
+        // The identity is subtracted, so that small rotations keep their digits.
         let minus_identity = |to: &Rotation3<T>, from: &Rotation3<T>| {
             product(to.matrix(), &from.matrix().transpose()) - Matrix3::identity()
         };
@@ -37,7 +37,7 @@ impl<T: Scalar> Moments<T> {
         self.products.iter_mut().zip(triangle).for_each(|(m, turned)| *m = *turned);
     }
 
-    /// The full symmetric matrix.
+    /// Returns the full symmetric matrix.
     fn rows(&self) -> [Vector12<T>; COORDINATES] {
         let mut rows = [[T::ZERO; COORDINATES]; COORDINATES];
         let mut m = self.products.iter();
@@ -53,7 +53,7 @@ fn transpose<T: Scalar>(m: &mut [Vector12<T>; COORDINATES]) {
     mirror(m, core::mem::swap);
 }
 
-/// Calls `f` with each element above the diagonal and its mirror image below.
+/// Calls `f` with each element above the diagonal and its mirror image below the diagonal.
 #[inline(always)]
 fn mirror<T: Scalar>(m: &mut [Vector12<T>; COORDINATES], f: impl Fn(&mut T, &mut T)) {
     let mut rest: &mut [Vector12<T>] = m;
@@ -66,10 +66,11 @@ fn mirror<T: Scalar>(m: &mut [Vector12<T>; COORDINATES], f: impl Fn(&mut T, &mut
     }
 }
 
-/// Replaces the products of `B` by those of `(I + right) B (I + left)`: rotated rays. The derivatives by the lens stay,
-/// to first order.
+/// Replaces the products of `B` by those of `(I + right) B (I + left)`, that is, of rotated rays. The derivatives with
+/// respect to the lens stay unchanged, to first order.
 ///
-/// * `left`: rotation of the left ray minus the identity, transposed; `right`: of the right ray.
+/// * `left`: rotation of the left ray minus the identity, transposed; `right`: rotation of the right ray minus the
+///   identity.
 #[inline(never)]
 fn turn<T: Scalar>(k: &mut Vector12<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
     let b = outer(k);
@@ -78,7 +79,7 @@ fn turn<T: Scalar>(k: &mut Vector12<T>, left: &Matrix3<T>, right: &Matrix3<T>) {
     k.iter_mut().zip(moved).for_each(|(k, moved)| *k += moved);
 }
 
-/// Written out: at opt-level "s" the compiler does not unroll the generic sum.
+/// Returns the sum. Written out, because at opt-level "s" the compiler does not unroll the generic sum.
 #[rustfmt::skip]
 fn plus<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     Matrix3::new(
@@ -88,7 +89,7 @@ fn plus<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     )
 }
 
-/// `B` of nine products: inverse of [`split`].
+/// Returns `B` from its nine products; inverse of [`split`].
 #[rustfmt::skip]
 fn outer<T: Scalar>(k: &Vector12<T>) -> Matrix3<T> {
     let [cx, cy, cz, xx, yy, zz, xy, xz, yz, ..] = *k;
@@ -100,7 +101,7 @@ fn outer<T: Scalar>(k: &Vector12<T>) -> Matrix3<T> {
     )
 }
 
-/// Nine products of `B = b a^T`: the antisymmetric part `a x b`, then the symmetric part.
+/// Returns the nine products of `B = b a^T`: the antisymmetric part `a x b`, then the symmetric part.
 #[rustfmt::skip]
 pub(super) fn split<T: Scalar>(b: &Matrix3<T>) -> [T; 9] {
     [

@@ -1,8 +1,9 @@
-//! Noise of disparities: its part in the information on the baseline, and the normal equations without it
+//! Noise of disparities: the false information on the baseline that the noise adds, and the normal equations without it
 //! (`ESTIMATOR.md`, section 11).
 //!
-//! Derivatives by the baseline are disparities, and measured disparities contain noise. In a scene at infinity they
-//! contain nothing else, and `sum w J J^T` would report a baseline that nothing observes.
+//! The derivatives of the constraint with respect to the baseline are disparities, and measured disparities contain
+//! noise. In a scene at infinity they contain only noise, and `sum w J J^T` would report information on a baseline that
+//! is not observable.
 
 use nalgebra::Matrix3;
 
@@ -13,11 +14,12 @@ use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 use crate::thresholds::{ALIKE_DISPARITIES, DISPARITY_NOISE_MARGIN};
 
-/// Part of the information on the baseline that noise adds: forward, mixed, down; 1/rad^2.
+/// Information on the baseline that noise adds, 1/rad^2: forward, mixed and down elements.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BaselineNoise<T>(pub(crate) [T; 3]);
 
-/// Normal equations about a pose, and the noise in them. They add up and follow a step; the noise is subtracted last.
+/// Normal equations about a pose, and the noise in them. They can be added and shifted by a step; the noise is
+/// subtracted last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BiasedEquations<T> {
     pub(crate) normal: NormalEquations<T>,
@@ -25,41 +27,43 @@ pub(crate) struct BiasedEquations<T> {
 }
 
 impl<T: Scalar> Moments<T> {
-    /// Sets the noise tensor of one pair: the weighted covariance of `a x b`, from the moments and the variance of a
-    /// coordinate. After [`Moments::set_gradient`].
+    /// Sets the noise tensor of one pair, that is, the weighted covariance of `a x b`, from the moments and the
+    /// variance of a coordinate. Must be called after [`Moments::set_gradient`].
     ///
-    /// * `pose`: the pose of the frame; `variance`: variance of a coordinate at unit depth, dimensionless.
+    /// * `pose`: pose of the frame; `variance`: variance of a coordinate at unit depth, dimensionless.
     #[inline(never)]
     pub(crate) fn set_noise(&mut self, pose: &RectifyingRotations<T>, variance: T) {
         let axes = [pose.left(), pose.right()].map(|r| r.matrix().data.0[2]);
         let [left, right] = &axes;
-        // Rays have depth 1 in their cameras: `(r_3 . b) (l_3 . a) = 1`, so `M` times it is `sum w k`.
+        // Rays have depth 1 in their cameras, so `(r_3 . b) (l_3 . a) = 1`. `M` times the coefficients of this product
+        // is `sum w k`.
         let mut one = [T::ZERO; COORDINATES];
         add_outer(&mut one, T::ONE, right, left);
         let [_, _, _, xx, yy, zz, xy, xz, yz, ..] = self.times(&one);
         let half = |sum: T| sum * T::HALF;
         let (xy, xz, yz) = (half(xy), half(xz), half(yz));
         let p = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
-        // If disparities are noise, `a = b`: both views have the same `sum w p p^T`.
+        // If disparities are only noise, `a = b`, and both views have the same `sum w p p^T`.
         let mut sum = (Matrix3::from_diagonal_element(xx + yy + zz) - p) * T::lit(2.0);
         for [x, y, z] in axes {
             let across = Matrix3::new(T::ZERO, -z, y, z, T::ZERO, -x, -y, x, T::ZERO);
             sum -= product(&product(&across, &p), &across.transpose());
         }
         let [kept, ..] = self.products;
-        // Not `<=`: a NaN must fail this test.
+        // The test is written so that a NaN fails it.
         if !(sum.m11 > T::ZERO) {
             self.noise = [T::ZERO; 4];
             return;
         }
-        // The loss keeps a part of the squared residuals but all of the squared disparities.
+        // The loss keeps only a part of the squared residuals, but all of the squared disparities.
         let lost = variance - kept / sum.m11;
         let forward = variance * sum.m33 - lost * T::lit(2.0) * xx;
         self.noise = [kept, variance * sum.m22, variance * sum.m32, forward];
     }
 
-    /// Whether disparities vary less than their noise, apart from a plane across or upright before the cameras. Then
-    /// both sides show the same image, moved or not, perhaps with other intrinsics. After [`Moments::set_noise`].
+    /// Returns whether the variance of the disparities about an upright plane is below [`ALIKE_DISPARITIES`] times the
+    /// variance of their noise. Then both sides show the same image, possibly shifted or with other intrinsics. Must be
+    /// called after [`Moments::set_noise`].
     pub(crate) fn are_disparities_alike(&self) -> bool {
         let [_, noise, ..] = self.noise;
         let sums = |[i, j]: [usize; 2]| self.products.get(i * (i + 1) / 2 + j).copied();
@@ -68,18 +72,19 @@ impl<T: Scalar> Moments<T> {
         let determinant = one * x - mixed * mixed;
         let explained = with_one * with_one * x + with_x * with_x * one
             - T::lit(2.0) * with_one * with_x * mixed;
-        // Not `>=`: with a NaN the disparities count as alike.
+        // Negated `>=`, so that disparities count as alike if a sum is NaN.
         !(all * determinant - explained >= T::lit(ALIKE_DISPARITIES) * noise * determinant)
     }
 
-    /// The noise tensor, symmetric, in the frame. Its first column is the offset of the gradient.
+    /// Returns the symmetric noise tensor in the frame of the sums. Its first column contains the offset of the
+    /// gradient.
     fn noise_tensor(&self) -> Matrix3<T> {
         let ([xx, yy, zy, zz], [.., by_forward, by_down]) = (self.noise, self.slope);
         let (xy, xz) = (-by_down, by_forward);
         Matrix3::new(xx, xy, xz, xy, yy, zy, xz, zy, zz)
     }
 
-    /// The noise tensor in the frame of another pose.
+    /// Returns the noise tensor in the frame of another pose.
     fn noise_tensor_at(
         &self,
         frame: &RectifyingRotations<T>,
@@ -89,7 +94,7 @@ impl<T: Scalar> Moments<T> {
         product(&product(&turn, &self.noise_tensor()), &turn.transpose())
     }
 
-    /// Changes the frame of the noise tensor, and the baseline's part of the gradient's offset.
+    /// Changes the frame of the noise tensor, including the baseline part of the gradient's offset.
     pub(super) fn change_frame_of_noise(
         &mut self,
         from: &RectifyingRotations<T>,
@@ -101,9 +106,9 @@ impl<T: Scalar> Moments<T> {
         self.noise = [n.m11, n.m22, n.m32, n.m33];
     }
 
-    /// Normal equations at a pose, noise included.
+    /// Returns the normal equations at a pose, noise included.
     ///
-    /// * `frame`: the pose in whose rectified frame the sums are.
+    /// * `frame`: pose whose rectified frame is the frame of the sums.
     #[inline(never)]
     pub(crate) fn biased_at_pose(
         &self,
@@ -118,13 +123,13 @@ impl<T: Scalar> Moments<T> {
         BiasedEquations { normal, noise: BaselineNoise([n.m33, -n.m32, n.m22]) }
     }
 
-    /// Normal equations at the pose of the frame, noise included.
+    /// Returns the normal equations at the pose of the frame, noise included.
     pub(crate) fn biased_at_frame(&self) -> BiasedEquations<T> {
         let [_, yy, zy, zz] = self.noise;
         BiasedEquations { normal: self.at_frame(), noise: BaselineNoise([zz, -zy, yy]) }
     }
 
-    /// Normal equations at a pose without the noise.
+    /// Returns the normal equations at a pose, without the noise.
     pub(crate) fn debiased_at_pose(
         &self,
         frame: &RectifyingRotations<T>,
@@ -135,7 +140,7 @@ impl<T: Scalar> Moments<T> {
 }
 
 impl<T: Scalar> BiasedEquations<T> {
-    /// A cost of zero.
+    /// Equations of a cost of zero.
     pub(crate) const ZERO: Self =
         Self { normal: NormalEquations::ZERO, noise: BaselineNoise([T::ZERO; 3]) };
 
@@ -145,7 +150,7 @@ impl<T: Scalar> BiasedEquations<T> {
         self.noise.0.iter_mut().zip(other.noise.0).for_each(|(sum, n)| *sum += n);
     }
 
-    /// The equations less a part of the cost.
+    /// Returns the equations without a part of the cost.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         let ([a, b, c], [x, y, z]) = (self.noise.0, other.noise.0);
         Self {
@@ -154,7 +159,7 @@ impl<T: Scalar> BiasedEquations<T> {
         }
     }
 
-    /// The equations of the cost times `factor`.
+    /// Returns the equations of the cost times `factor`.
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self {
             normal: self.normal.scaled(factor),
@@ -162,7 +167,8 @@ impl<T: Scalar> BiasedEquations<T> {
         }
     }
 
-    /// The same equations about the pose after a step `d`, rad: noise does not follow the pose.
+    /// Returns the same equations about the pose after a step `d`, rad. The false information from noise does not
+    /// change the gradient.
     #[inline(never)]
     pub(crate) fn about(&self, d: &nalgebra::Vector5<T>) -> Self {
         let mut normal = self.normal.about(d);
@@ -172,11 +178,13 @@ impl<T: Scalar> BiasedEquations<T> {
         Self { normal, noise: self.noise }
     }
 
-    /// Information `A B^-1 A` and gradient `A B^-1 g`: the gradient scatters by the sum `B`, and follows the baseline
-    /// by `A`, the sum without noise.
+    /// Returns the equations without the noise: information `A B^-1 A` and gradient `A B^-1 g`. `B`, the sum with
+    /// noise, is the covariance of the gradient. `A`, the sum without noise, is the derivative of the expected
+    /// gradient.
     ///
-    /// Only the baseline's block changes. With its marginal information `K = L L^T` and the noise `S`, the eigenvalues
-    /// `l` of `L^-1 S L^-T` become the gains `max(0, 1 - l)`: never negative, 1 where disparities exceed noise.
+    /// Only the block of the baseline changes. Let `K = L L^T` be its marginal information and `S` the noise. The
+    /// eigenvalues `l` of `L^-1 S L^-T` give the gains `max(0, 1 - l)`. A gain is never negative, and near 1 if
+    /// disparities far exceed the noise.
     #[inline(never)]
     pub(crate) fn debiased(&self) -> NormalEquations<T> {
         let Some((step, covariance)) = self.normal.optimum() else {
@@ -188,7 +196,7 @@ impl<T: Scalar> BiasedEquations<T> {
         let l11 = k33.sqrt();
         let l21 = k43 / l11;
         let l22 = (k44 - l21 * l21).sqrt();
-        // Not `<=`: a NaN must fail this test.
+        // The test is written so that a NaN fails it.
         if !(l11 > T::ZERO && l22 > T::ZERO && inverse_det > T::ZERO) {
             return self.normal;
         }
@@ -198,7 +206,7 @@ impl<T: Scalar> BiasedEquations<T> {
         let w22 = ((c - l21 * b / l11) / l22 - l21 * w21) / l22;
         let gain = Gain::of(w11, w21, w22);
         let ([p, q, r], [x, y, z]) = (gain.once, gain.twice);
-        // Step of the marginal gradient, in units of its deviations.
+        // Negative marginal gradient, in units of its standard deviations.
         let (by_forward, by_down) = (k33 * step.w + k43 * step.a, k43 * step.w + k44 * step.a);
         let u1 = by_forward / l11;
         let u2 = (by_down - l21 * u1) / l22;
@@ -214,7 +222,8 @@ impl<T: Scalar> BiasedEquations<T> {
     }
 }
 
-/// Gains `1 - l`, from 0 to 1, of a symmetric 2 x 2 matrix with eigenvalues `l`, and their squares, as matrices.
+/// Two functions of a symmetric 2 x 2 matrix with eigenvalues `l`, as matrices: the gains `1 - l`, limited to 0 to 1,
+/// and the squared gains.
 struct Gain<T> {
     once: [T; 3],
     twice: [T; 3],
@@ -224,10 +233,10 @@ impl<T: Scalar> Gain<T> {
     fn of(w11: T, w21: T, w22: T) -> Self {
         let (mean, half) = (T::HALF * (w11 + w22), T::HALF * (w11 - w22));
         let radius = (half * half + w21 * w21).sqrt();
-        // Not above 1: noise below 0 is rounding.
+        // At most 1, because negative noise is a rounding error.
         let gain = |l: T| (T::ONE - l).max(T::ZERO).min(T::ONE);
         let [large, small] = [mean + radius, mean - radius].map(gain);
-        // A function with these values at both eigenvalues: `f(W) = p I + q W`.
+        // Matrix function with given values at both eigenvalues: `f(W) = p I + q W`.
         let matrix = |at_large: T, at_small: T| {
             let q = if radius > T::EPSILON {
                 (at_large - at_small) / (radius + radius)

@@ -1,7 +1,7 @@
 //! The 5 x 5 Fisher information of the extrinsics, and the covariances that follow from it.
 //!
-//! Order of the unknowns, all in rad and in the rectified frame (x along the baseline, z forward):
-//! rotation of `R` about x, y, z; of the baseline about y (moves `t_z`) and z (moves `t_y`).
+//! The unknowns are angles in rad, in the rectified frame (x along the baseline, z forward). Their order is: rotation
+//! of `R` about x, y, z; rotation of the baseline about y (moves `t_z`) and about z (moves `t_y`).
 
 use nalgebra::{Matrix5, Vector5};
 
@@ -19,7 +19,7 @@ use crate::thresholds::{YAW_DEVIATIONS, paper::MAX_DISPARITY_NOISE};
 pub struct Information<T>(pub(crate) Symmetric5<T>);
 
 impl<T: Scalar> Default for Information<T> {
-    /// Zero: all five directions are free.
+    /// Returns zero: all five directions are free.
     fn default() -> Self {
         Self::ZERO
     }
@@ -40,38 +40,37 @@ impl<T: Scalar> Information<T> {
         self.0.add(&other.0);
     }
 
-    /// `H - other`: the information less a part of the sum.
+    /// Returns `H - other`: the information without a part of the sum.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self(self.0.minus(&other.0))
     }
 
-    /// `H x`.
+    /// Returns `H x`.
     pub(crate) fn times(&self, x: &Vector5<T>) -> Vector5<T> {
         self.0.times(x)
     }
 
-    /// `factor H`.
+    /// Returns `factor H`.
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self(self.0.scaled(factor))
     }
 
-    /// Weighted sum of squared disparities that an error of yaw (rotation about y) of one standard
-    /// deviation causes, `H_pitch / H_yaw`, dimensionless.
+    /// Returns the weighted sum of the squared disparities caused by a yaw error (rotation about y) of one standard
+    /// deviation: `H_pitch / H_yaw`, dimensionless.
     #[cfg(feature = "paper")]
     fn yaw_share(&self) -> T {
         let [pitch, yaw, ..] = self.0.diagonal();
         pitch / yaw
     }
 
-    /// Removes the bias of noise from the baseline's block, whose rows are disparities, which are only noise at
-    /// infinity.
+    /// Returns the information without the bias of noise in the block of the baseline. The derivatives in this block
+    /// are disparities, which are only noise for points at infinity.
     ///
     /// * `weight`: sum of the weights.
-    /// * `variance`: variance of a row, in the unit of the sum.
+    /// * `variance`: variance of a disparity, in the unit of the sum.
     ///
-    /// `None` if noise and an error of yaw exceed the share [`MAX_DISPARITY_NOISE`] of the squared
-    /// disparities. Yaw changes all disparities alike and rows hardly; its error is taken as
-    /// [`YAW_DEVIATIONS`] standard deviations.
+    /// `None` if noise and a yaw error exceed the share [`MAX_DISPARITY_NOISE`] of the squared disparities. Yaw changes
+    /// all disparities alike and hardly changes rows. The assumed yaw error is [`YAW_DEVIATIONS`] standard deviations.
     #[cfg(feature = "paper")]
     pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
         let [.., squares] = self.0.diagonal();
@@ -88,37 +87,37 @@ impl<T: Scalar> Information<T> {
         Some(unbiased)
     }
 
-    /// The full matrix `H`, 1/rad^2.
+    /// Returns the full matrix `H`, 1/rad^2.
     pub fn matrix(&self) -> Matrix5<T> {
         self.0.matrix()
     }
 
-    /// Covariance of the unknowns, `H^-1`, rad^2. `None` if a direction is free.
+    /// Returns the covariance of the unknowns, `H^-1`, rad^2. `None` if a direction is free.
     pub fn covariance(&self) -> Option<Matrix5<T>> {
         Some(self.0.inverse()?.matrix())
     }
 
-    /// Standard deviations of `R` and the baseline direction, rad. `None` if a direction is free.
+    /// Returns the standard deviations of `R` and of the baseline direction, rad. `None` if a direction is free.
     pub fn standard_deviations(&self) -> Option<StandardDeviations<T>> {
         Some(StandardDeviations::of(&self.0.inverse()?))
     }
 
-    /// Standard deviation of the least determined direction, rad, and that unit direction.
+    /// Returns the standard deviation along the least determined direction, rad, and this direction as a unit vector.
     ///
     /// `None` if a direction is free. Cost: one 5 x 5 inverse and 12 products with a vector.
     pub fn weakest(&self) -> Option<(T, Vector5<T>)> {
         Some(largest_direction(&self.0.inverse()?))
     }
 
-    /// Whether all five directions are determined to rounding. A scene of one point, of one line,
-    /// or at infinity leaves some free.
+    /// Returns whether all five directions are determined beyond rounding errors. A scene that is a single point, a
+    /// single line, or at infinity leaves some directions free.
     ///
-    /// Test: the condition of `H` scaled to unit diagonal, which does not depend on units. A direction whose
-    /// derivatives are below the rounding of another's is not determined.
+    /// The test uses the smallest eigenvalue of `H` scaled to a unit diagonal, which does not depend on units. A
+    /// direction is not determined if its derivatives are below the rounding errors of those of another direction.
     pub(crate) fn is_observable(&self) -> bool {
         let diagonal = self.0.diagonal();
         let least = diagonal.into_iter().fold(T::ZERO, T::max) * (T::EPSILON * T::EPSILON);
-        // Not `<=`: a NaN must fail this test.
+        // The test is written so that a NaN fails it.
         if !diagonal.into_iter().all(|d| d > least) {
             return false;
         }
@@ -127,45 +126,46 @@ impl<T: Scalar> Information<T> {
         self.0.factor(T::ZERO).is_some_and(|factor| {
             let (largest_inverse, _) =
                 dominant(&|v| factor.solve(&v.component_div(&scale)).component_div(&scale));
-            // Not `>`: a NaN must fail this test.
+            // The test is written so that a NaN fails it.
             largest_inverse * T::lit(MIN_CONDITION) <= T::ONE
         })
     }
 
-    /// Solves `(H + damping diag H) x = -gradient`, rad; `None` if a pivot is not positive.
+    /// Returns the solution `x` of `(H + damping diag H) x = -gradient`, rad; `None` if a pivot is not positive.
     pub(crate) fn damped_step(&self, damping: T, gradient: &Vector5<T>) -> Option<Vector5<T>> {
         Some(-self.0.factor(damping)?.solve(gradient))
     }
 }
 
-/// Largest standard deviation of a covariance, rad, and its unit direction.
+/// Returns the largest standard deviation of a covariance, rad, and its direction as a unit vector.
 pub(crate) fn largest_direction<T: Scalar>(covariance: &Symmetric5<T>) -> (T, Vector5<T>) {
     let (variance, direction) = dominant(&|v| covariance.times(v));
     (variance.sqrt(), direction)
 }
 
-/// Largest eigenvalue of a positive definite map, and its unit direction. Power iteration of a fixed number of steps;
-/// the start is not an eigenvector in a usual scene.
+/// Returns the largest eigenvalue of a positive definite map and its unit eigenvector, by a fixed number of power
+/// iterations. The start vector is not an eigenvector in usual scenes.
 #[inline(never)]
 fn dominant<T: Scalar>(map: &dyn Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T>) {
     let start = Vector5::new(1.0, -0.9, 0.8, 1.1, -1.2).map(T::lit);
     (0..POWER_ITERATIONS).fold((T::ZERO, start), |(_, v), _| {
         let mapped = map(&v);
         let largest = mapped.amax();
-        // Scaled before the norm, whose squares overflow in `f32`.
+        // Scaled before the norm, because the squares could overflow in `f32`.
         let norm = (mapped / largest).norm() * largest;
         (norm / v.norm(), mapped / norm)
     })
 }
 
-/// Expected size of the error: root of the trace of a block of the covariance, rad.
+/// Expected size of the error of `R` and of the baseline direction: the root of the trace of each block of the
+/// covariance, rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct StandardDeviations<T> {
-    /// Deviation of `R`, rad.
+    /// Standard deviation of `R`, rad.
     pub rotation: T,
-    /// Deviation of the baseline direction, rad.
+    /// Standard deviation of the baseline direction, rad.
     pub translation: T,
 }
 
@@ -176,7 +176,7 @@ impl<T: Scalar> core::fmt::Display for StandardDeviations<T> {
 }
 
 impl<T: Scalar> StandardDeviations<T> {
-    /// Standard deviations of a covariance, rad^2.
+    /// Returns the standard deviations of a covariance, rad^2.
     pub(crate) fn of(covariance: &Symmetric5<T>) -> Self {
         let [x, y, z, forward, down] = covariance.diagonal();
         Self { rotation: (x + y + z).sqrt(), translation: (forward + down).sqrt() }
@@ -191,7 +191,7 @@ impl<T: Scalar> StandardDeviations<T> {
 mod tests {
     use super::*;
 
-    /// Information of five rows of different weights.
+    /// Returns the information of five rows with different weights.
     fn example() -> Information<f64> {
         let mut sum = Information::ZERO;
         for (i, w) in (0_u8..).zip([4.0, 9.0, 16.0, 0.25, 1e4]) {
@@ -222,7 +222,7 @@ mod tests {
             sum.add_outer(1.0, &[1.0, x.sin(), x.cos(), (2.0 * x).sin(), (2.0 * x).sin()]);
         }
         assert!(!sum.is_observable());
-        // Two columns that differ by rounding have a covariance, but are not observable.
+        // If two columns differ only by rounding, a covariance exists, but one direction is not observable.
         for i in 0..100_u8 {
             let noise = 3e-4 * f32::from(i % 7);
             sum.add_outer(1.0, &[0.0, 0.0, 0.0, noise, -noise]);
@@ -231,7 +231,7 @@ mod tests {
         assert!(!Information::<f32>::ZERO.is_observable());
         assert_eq!(Information::<f32>::ZERO.covariance(), None);
         assert!(example().is_observable());
-        // 1e12 leaves 0.014 of another direction to rounding.
+        // The rounding error of 1e12 corresponds to an information of 0.014 on another direction.
         let of = |least: f32| Information(Symmetric5::of_diagonal([1e12, 1.0, 1e9, least, 1.0]));
         assert_eq!(
             [0.02, 0.01, 0.0, f32::NAN].map(|least| of(least).is_observable()),

@@ -1,7 +1,8 @@
-//! Derivatives of the constraint by the lens models of both cameras, from the moments (`ESTIMATOR.md`, section 17).
+//! Derivatives of the constraint with respect to the lens models of both cameras, from the moments (`ESTIMATOR.md`,
+//! section 17).
 //!
-//! With wrong focal lengths and principal points the constraint is still `b^T X a` with a 3 x 3 matrix: it lies in the
-//! nine products. Radial and tangential terms are coordinates of their own.
+//! With wrong focal lengths and principal points the constraint is still `b^T X a` with a 3 x 3 matrix `X`, so it
+//! remains a linear function of the nine products. Radial and tangential terms have their own coordinates.
 
 use nalgebra::Vector5;
 
@@ -12,15 +13,15 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 
-/// Lens parameters: focal length (relative error), principal column and row (unit depth), `k1`; of the left and of the
-/// right camera each; then `p1` of the right camera less that of the left one.
+/// Number of lens parameters: focal length (relative error), principal column, principal row (both at unit depth) and
+/// `k1`, each for the left, then for the right camera; last, `p1` of the right camera minus `p1` of the left camera.
 pub(crate) const LENS_PARAMETERS: usize = 9;
 
-/// Buffers for the normal equations of the lens at a pose, for the lens of the rays. The caller solves them in place,
-/// because copies would take stack.
+/// Buffers for the normal equations of the lens at a pose, about the lens of the rays. The caller solves the equations
+/// in place, because copies would take stack.
 #[derive(Debug)]
 pub(crate) struct LensTerms<'a, T> {
-    /// Rows of the information on extrinsics and lens together, one for each lens parameter.
+    /// Mixed information of lens and extrinsics, one row for each lens parameter.
     pub(crate) mixed: &'a mut [[T; 5]; LENS_PARAMETERS],
     /// Information on the lens.
     pub(crate) information: &'a mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
@@ -33,10 +34,11 @@ impl<T: Scalar> LensTerms<'_, T> {
         LensTerms { mixed, information, gradient }
     }
 
-    /// Eliminates a scatter of the extrinsics of the pairs from the equations, as if all pairs had the same
+    /// Marginalises over a random scatter of the extrinsics from pair to pair, as if all pairs had the same
     /// information.
     ///
-    /// * `variances`: variances of the mean of the pairs; `extrinsics`: their equations, which become marginal too.
+    /// * `variances`: variances of the mean over the pairs, rad^2; `extrinsics`: equations of the extrinsics, which
+    ///   become marginal too.
     #[inline(never)]
     pub(crate) fn marginalise(
         &mut self,
@@ -58,7 +60,7 @@ impl<T: Scalar> LensTerms<'_, T> {
             others.for_each(|(i, other)| *i -= Vector5::from(*other).dot(&taken_up));
             *own = variances.precise(&taken_up).into();
         }
-        // The noise of disparities loses the same weight as the information on the baseline.
+        // The noise of disparities is reduced by the same factor as the information on the baseline.
         let [.., y, z] = plain.information.0.diagonal();
         let [.., left_y, left_z] = marginal.information.0.diagonal();
         let share = ((left_y + left_z) / (y + z).max(T::EPSILON)).min(T::ONE);
@@ -68,9 +70,9 @@ impl<T: Scalar> LensTerms<'_, T> {
 }
 
 impl<T: Scalar> Moments<T> {
-    /// Fills the normal equations of the lens at a pose.
+    /// Fills the normal equations of the lens at `pose`.
     ///
-    /// * `frame`: the pose in whose rectified frame the sums are.
+    /// * `frame`: pose whose rectified frame is the frame of the sums.
     #[inline(never)]
     pub(crate) fn fill_lens(
         &self,
@@ -94,10 +96,11 @@ impl<T: Scalar> Moments<T> {
     }
 }
 
-/// Coefficients of the coordinates in the derivatives of the constraint by the lens.
+/// Fills the coefficients of the coordinates in the derivatives of the constraint with respect to the lens.
 ///
-/// A true ray is `(x - c_x, y - c_y, 1 + s)`: `(1 + s v . e_z) a` moves along an axis `v` of its camera, of unit length
-/// because its depth there is 1.
+/// A true ray is `(x - c_x, y - c_y, 1 + s)`. So each of these parameters moves the ray along an axis of its camera by
+/// the value of the parameter. A factor of the ray's depth in its camera, which is 1, makes this displacement linear in
+/// the ray.
 ///
 /// * `of_offset`: the coefficients of the constraint.
 fn coefficients<T: Scalar>(
@@ -129,7 +132,7 @@ fn coefficients<T: Scalar>(
     {
         add_outer(sum, -sign, &depth_r, &cross(axis, y_l, z_l));
     }
-    // Noise scales with the rays, half of it for each camera, so the common scale has no effect.
+    // The noise scales with the rays. Each camera contributes half, so a common scale has no effect.
     for scale in [scale_l, scale_r] {
         scale.iter_mut().zip(of_offset).for_each(|(by, o)| *by -= T::HALF * *o);
     }
@@ -165,18 +168,19 @@ mod tests {
         terms
     }
 
-    /// Arbitrary camera rays, so that no expression is small.
+    /// Arbitrary rays in the camera frames, so that no expression is small.
     const RAYS: [[f64; 3]; 2] = [[0.31, -0.42, 1.0], [-0.17, 0.23, 1.0]];
     const WEIGHT: f64 = 3.0;
 
-    /// Rays corrected for errors of focal length and principal point, homogeneous.
+    /// Returns homogeneous rays that are corrected for errors of focal length and principal point.
     fn corrected(p: &[f64; LENS_PARAMETERS]) -> [Vector3<f64>; 2] {
         let [s_l, s_r, cx_l, cx_r, cy_l, cy_r, ..] = *p;
         let [left, right] = RAYS.map(Vector3::from);
         [left + Vector3::new(-cx_l, -cy_l, s_l), right + Vector3::new(-cx_r, -cy_r, s_r)]
     }
 
-    /// Constraint at a pose of the corrected rays. Noise scales with them, half of it for each camera.
+    /// Returns the constraint of the corrected rays at a pose. It is divided by the scale of the noise, to which each
+    /// camera contributes half.
     fn constraint(at: &Pose, p: &[f64; LENS_PARAMETERS]) -> f64 {
         let [left, right] = corrected(p);
         let [s_l, s_r, ..] = *p;
@@ -212,7 +216,8 @@ mod tests {
                 (0..6).for_each(|j| close(terms.information[i][j], by_lens[j]));
                 (0..5).for_each(|j| close(terms.mixed[i][j], by_pose[j]));
             }
-            // The test has no coordinates of the radial and tangential terms, so these have no effect.
+            // The coordinates of the radial and tangential terms are zero here, so these parameters have no
+            // information.
             assert!(terms.information[6..].iter().flatten().all(|x| *x == 0.0));
         }
     }
@@ -228,7 +233,7 @@ mod tests {
         for (i, k_i) in [(6, 2.0), (7, 3.0), (8, 4.0)] {
             assert!((terms.gradient[i] - WEIGHT * 0.5 * k_i).abs() < 1e-12);
             assert!((terms.information[i][i] - WEIGHT * k_i * k_i).abs() < 1e-12);
-            // The row of an unknown is its gradient with `cx` = 0.5.
+            // The gradient contains `cx` = 0.5 where the mixed information contains `k_i`.
             for j in 0..5 {
                 assert!((terms.mixed[i][j] - normal.gradient[j] * k_i / 0.5).abs() < 1e-12);
             }

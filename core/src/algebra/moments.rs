@@ -1,14 +1,14 @@
-//! Weighted second moments of ray products: the normal equations of the epipolar constraint at any
-//! pose, in constant memory, exact for frozen weights.
+//! Weighted second moments of ray products. They give the normal equations of the epipolar constraint at any pose, in
+//! constant memory, and exactly for frozen weights.
 //!
-//! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a` (left), `b`
-//! (right), with `X = [i_1]x` in the rectified frame. Three derivatives by the lens follow as coordinates. So
-//! `sum w C^2 = e^T M e` with a 12 x 12 matrix `M` that adds up over pairs. The optimum over all pairs is found on the essential manifold (`e`
-//! as a function of the pose) from `M` alone.
+//! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a` (left) and `b` (right), with
+//! `X = [i_1]x` in the rectified frame. Three more coordinates are derivatives of the constraint with respect to the
+//! lens. So `sum w C^2 = e^T M e` with a 12 x 12 matrix `M`, and the matrices of several pairs are added. The optimum
+//! over all pairs on the essential manifold (`e` as a function of the pose) follows from `M` alone.
 //!
-//! The products are split into `a x b`, whose first component is `C` and whose others are
-//! disparities, and the symmetric part: `cx cy cz xx yy zz xy xz yz`. So no small number is the
-//! difference of large sums, which loses its digits in `f32`.
+//! The products are split into the antisymmetric part `a x b` and the symmetric part: `cx cy cz xx yy zz xy xz yz`. The
+//! first component of `a x b` is `C`; the other two are disparities. Sums of these small numbers keep their digits in
+//! `f32`, which the differences of large sums would lose.
 
 mod sums;
 mod times;
@@ -22,31 +22,32 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 
-/// Coordinates of a correspondence: nine products of its rays, three derivatives by the lens.
+/// Number of coordinates of a correspondence: nine products of its rays, and three derivatives with respect to the
+/// lens.
 pub(crate) const COORDINATES: usize = 12;
 
-/// Coordinates that are products of the rays; the lens follows.
+/// Number of coordinates that are products of the rays; the coordinates of the lens follow them.
 const PRODUCTS: usize = 9;
 
-/// Elements of the lower triangle of a 12 x 12 matrix.
+/// Number of elements of the lower triangle of a 12 x 12 matrix.
 const TRIANGLE: usize = 78;
 
-/// Elements of the lower triangle of the products alone.
+/// Number of elements of the lower triangle of the nine products.
 const PRODUCT_TRIANGLE: usize = 45;
 
 /// One number for each coordinate.
 pub(super) type Vector12<T> = [T; COORDINATES];
 
-/// Sums over correspondences, in the rectified frame of a pose that the owner stores.
+/// Sums over correspondences, in the rectified frame of a pose. The owner of the sums stores this pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moments<T> {
     /// `sum w k k^T`, lower triangle row by row, 1/rad^2.
     pub(super) products: [T; TRIANGLE],
-    /// Part of the gradient due to the derivative of the residual's variance, by the five unknowns,
-    /// 1/rad; `M` holds the rest.
+    /// Offset that is subtracted from the gradient of `M` with respect to the five unknowns, 1/rad. It accounts for the
+    /// derivative of the residual's variance.
     pub(super) slope: [T; 5],
-    /// Noise tensor: weighted covariance that noise alone gives `a x b`, elements xx, yy, zy, zz. The
-    /// others are the baseline's part of `slope`. Set by `disparity_noise`.
+    /// Noise tensor: weighted covariance of `a x b` caused by noise alone, elements xx, yy, zy, zz. Its other elements
+    /// are the baseline part of `slope`. Set by `disparity_noise`.
     pub(super) noise: [T; 4],
 }
 
@@ -55,13 +56,13 @@ impl<T: Scalar> Moments<T> {
     pub(crate) const ZERO: Self =
         Self { products: [T::ZERO; TRIANGLE], slope: [T::ZERO; 5], noise: [T::ZERO; 4] };
 
-    /// Sets the gradient at the pose of the frame, derivative of the variance included, 1/rad.
+    /// Sets the gradient at the pose of the frame, 1/rad. It includes the derivative of the variance.
     pub(crate) fn set_gradient(&mut self, gradient: &Vector5<T>) {
         self.slope = [T::ZERO; 5];
         self.slope = (self.at_frame().gradient - gradient).into();
     }
 
-    /// Adds sums in the same frame.
+    /// Adds other sums in the same frame.
     #[inline(never)]
     pub(crate) fn add(&mut self, other: &Self) {
         self.products.iter_mut().zip(&other.products).for_each(|(a, b)| *a += *b);
@@ -76,15 +77,15 @@ impl<T: Scalar> Moments<T> {
         products.iter_mut().chain(slope).chain(noise).for_each(|m| *m *= factor);
     }
 
-    /// Whether every sum is finite.
+    /// Returns whether every sum is finite.
     #[inline(never)]
     pub(crate) fn is_finite(&self) -> bool {
         let Self { products, slope, noise } = self;
         products.iter().chain(slope).chain(noise).all(nalgebra::ComplexField::is_finite)
     }
 
-    /// Normal equations at the pose of the frame: [`Self::at_pose`] written out, where each unknown
-    /// changes one or two of the nine products. Derivation: `ESTIMATOR.md`.
+    /// Returns the normal equations at the pose of the frame. This is [`Self::at_pose`] written out, because at this
+    /// pose each derivative contains only one or two of the nine products. Derivation: `ESTIMATOR.md`.
     #[inline(never)]
     pub(crate) fn at_frame(&self) -> NormalEquations<T> {
         let m = &self.products;
@@ -113,10 +114,10 @@ impl<T: Scalar> Moments<T> {
         }
     }
 
-    /// Normal equations of the cost at a pose.
+    /// Returns the normal equations of the cost at a pose.
     ///
-    /// * `frame`: the pose in whose rectified frame the sums are.
-    /// * `pose`: any pose; the linearisation is exact for frozen weights.
+    /// * `frame`: pose whose rectified frame is the frame of the sums.
+    /// * `pose`: any pose; the equations are exact for frozen weights.
     pub(crate) fn at_pose(
         &self,
         frame: &RectifyingRotations<T>,
@@ -125,7 +126,7 @@ impl<T: Scalar> Moments<T> {
         self.biased_at_pose(frame, pose).normal
     }
 
-    /// [`Self::at_pose`] without the offset of the gradient by the baseline.
+    /// Returns the equations of [`Self::at_pose`] without the offset of the gradient with respect to the baseline.
     pub(super) fn plain_at_pose(
         &self,
         frame: &RectifyingRotations<T>,
@@ -137,7 +138,7 @@ impl<T: Scalar> Moments<T> {
         normal
     }
 
-    /// Weighted sum of squared constraints at a pose, `o^T M o`.
+    /// Returns the weighted sum of squared constraints at a pose, `e^T M e`.
     #[inline(never)]
     pub(crate) fn cost_at(
         &self,
@@ -149,7 +150,8 @@ impl<T: Scalar> Moments<T> {
         dot(&coefficients.of_offset, &self.times_without_lens(&coefficients.of_offset))
     }
 
-    /// `H_ik = d_i^T M d_k`, `g_i = d_i^T M e`, less `slope_i` of the rotation. Out of line: frees the caller's stack.
+    /// Fills `H_ik = d_i^T M d_k` and `g_i = d_i^T M e`, minus `slope_i` for the rotation. Out of line, to free the
+    /// caller's stack.
     #[inline(never)]
     fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
         let Coefficients { by_unknown, of_offset } = coefficients;
@@ -173,8 +175,8 @@ impl<T: Scalar> Moments<T> {
 pub(super) struct Coefficients<T> {
     /// `e`: the constraint.
     pub(super) of_offset: Vector12<T>,
-    /// `d_i`: its derivatives by the rotation of `R` about x, y, z, then of the baseline about y
-    /// and z (both views alike).
+    /// `d_i`: derivatives of the constraint with respect to rotations of `R` about x, y, z, then of the baseline about
+    /// y and z (a baseline rotation turns both views).
     pub(super) by_unknown: [Vector12<T>; 5],
 }
 
@@ -182,7 +184,7 @@ impl<T: Scalar> Coefficients<T> {
     pub(super) const NONE: Self =
         Self { of_offset: [T::ZERO; COORDINATES], by_unknown: [[T::ZERO; COORDINATES]; 5] };
 
-    /// Adds the coefficients at `pose` of products in the frame of `frame`.
+    /// Adds the coefficients at `pose`, for products in the rectified frame of `frame`.
     #[inline(never)]
     pub(super) fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
         // Columns: the rectified axes of `pose` in the rectified frame of `frame`.
@@ -202,7 +204,7 @@ impl<T: Scalar> Coefficients<T> {
     }
 }
 
-/// Written out: at opt-level "s" a loop takes twice the instructions.
+/// Returns the scalar product. Written out, because at opt-level "s" a loop takes twice the instructions.
 #[inline(never)]
 pub(super) fn dot<T: Scalar>(a: &Vector12<T>, b: &Vector12<T>) -> T {
     let ([a, b, c, d, e, f, g, h, i, j, k, l], [m, n, o, p, q, r, s, t, u, v, w, x]) = (*a, *b);
@@ -233,7 +235,7 @@ pub(super) fn add_outer<T: Scalar>(
     *yz += half(y * c + z * b);
 }
 
-/// Coordinates of a correspondence with these products, without an effect of the lens.
+/// Returns the coordinates of a correspondence with these products, and zeros for the lens.
 #[cfg(test)]
 pub(super) fn without_lens<T: Scalar>(products: [T; 9]) -> Vector12<T> {
     let mut k = [T::ZERO; COORDINATES];

@@ -1,7 +1,7 @@
 //! Normal equations: the quadratic model of a cost about a pose.
 //!
-//! Half the cost after a step `d` of the five unknowns is `d^T H d / 2 + g^T d` plus a constant; the
-//! optimum is `d = -H^-1 g`, its covariance `H^-1`.
+//! After a step `d` of the five unknowns, half the cost is `d^T H d / 2 + g^T d` plus a constant. The optimum is
+//! `d = -H^-1 g`, and its covariance is `H^-1`.
 
 use nalgebra::Vector5;
 
@@ -20,8 +20,8 @@ pub(crate) fn add_pull<T: Scalar>(gradient: &mut Vector5<T>, pull: T, jacobian: 
     *e += pull * j4;
 }
 
-/// Gradient `g = sum w r J` and information `H = sum w J J^T` of half the cost `sum w r^2` at a
-/// pose, by the five unknowns of [`Information`].
+/// Gradient `g = sum w r J` and information `H = sum w J J^T` of half the cost `sum w r^2` at a pose, with respect to
+/// the five unknowns of [`Information`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct NormalEquations<T> {
     /// `H`, 1/rad^2.
@@ -31,13 +31,13 @@ pub(crate) struct NormalEquations<T> {
 }
 
 impl<T: Scalar> NormalEquations<T> {
-    /// A cost of zero.
+    /// Model of a cost of zero.
     pub(crate) const ZERO: Self = Self {
         information: Information::ZERO,
         gradient: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
     };
 
-    /// Adds a residual `r` of weight `w` with its row of the Jacobian.
+    /// Adds a residual `r` with weight `w` and its row of the Jacobian.
     #[inline(always)]
     pub(crate) fn add_row(&mut self, w: T, r: T, jacobian: &[T; 5]) {
         self.information.add_outer(w, jacobian);
@@ -50,7 +50,7 @@ impl<T: Scalar> NormalEquations<T> {
         self.gradient += other.gradient;
     }
 
-    /// The model of both costs.
+    /// Returns the model of the sum of both costs.
     #[inline(never)]
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut sum = *self;
@@ -58,7 +58,7 @@ impl<T: Scalar> NormalEquations<T> {
         sum
     }
 
-    /// The model less a part of the cost.
+    /// Returns the model without a part of the cost.
     pub(crate) fn minus(&self, other: &Self) -> Self {
         Self {
             information: self.information.minus(&other.information),
@@ -66,23 +66,24 @@ impl<T: Scalar> NormalEquations<T> {
         }
     }
 
-    /// The model of the cost times `factor`.
+    /// Returns the model of the cost times `factor`.
     #[inline(never)]
     pub(crate) fn scaled(&self, factor: T) -> Self {
         Self { information: self.information.scaled(factor), gradient: self.gradient * factor }
     }
 
-    /// The same model about the pose after a step `d`: `g + H d`.
+    /// Returns the same model about the pose after a step `d`, rad: the gradient becomes `g + H d`.
     pub(crate) fn about(&self, d: &Vector5<T>) -> Self {
         Self { information: self.information, gradient: self.gradient + self.information.times(d) }
     }
 
-    /// The step to the optimum, `-H^-1 g`, rad; `None` if a direction is free.
+    /// Returns the step to the optimum, `-H^-1 g`, rad; `None` if a direction is free.
     pub(crate) fn step(&self) -> Option<Vector5<T>> {
         self.information.damped_step(T::ZERO, &self.gradient)
     }
 
-    /// The model with the baseline held fixed: unit information, no gradient, no correlation.
+    /// Returns the model with the baseline held fixed: the baseline has unit information, no gradient, and no
+    /// correlation with `R`.
     pub(crate) fn rotation_only(&self) -> Self {
         let mut alone = *self;
         let [.., y, z] = &mut alone.gradient.data.0[0];
@@ -93,26 +94,27 @@ impl<T: Scalar> NormalEquations<T> {
         alone
     }
 
-    /// The model with a prior of equal information on each unknown, 1/rad^2, at the pose.
+    /// Returns the model with a prior at the pose that has the same information on each unknown, 1/rad^2.
     pub(crate) fn with_prior(&self, prior: T) -> Self {
         let mut joint = *self;
         joint.information.0.add_diagonal(prior);
         joint
     }
 
-    /// The model with a prior at the pose.
+    /// Returns the model with a prior at the pose.
     pub(crate) fn with(&self, prior: &Information<T>) -> Self {
         let mut joint = *self;
         joint.information.add(prior);
         joint
     }
 
-    /// Squared Mahalanobis distance between the optima of two models about one pose whose truths differ by chance: the
-    /// NIS of two independent measurements. Chi-square of five degrees of freedom for correct covariances.
+    /// Returns the squared Mahalanobis distance between the optima of two models about the same pose: the NIS of two
+    /// independent measurements. The true values may differ by a random effect. With correct covariances the distance
+    /// is chi-square distributed with five degrees of freedom.
     ///
-    /// `None` if a direction is free in either.
+    /// `None` if a direction is free in one of the models.
     ///
-    /// * `apart`: variances of the difference of the truths in each unknown, rad^2.
+    /// * `apart`: variance of the difference of the true values in each unknown, rad^2.
     pub(crate) fn distance_apart(&self, other: &Self, apart: &[T; 5]) -> Option<T> {
         let ((a, cov_a), (b, cov_b)) = (self.optimum()?, other.optimum()?);
         let mut both = cov_a.plus(&cov_b);
@@ -120,7 +122,7 @@ impl<T: Scalar> NormalEquations<T> {
         both.inverse_form(&(a - b))
     }
 
-    /// The step to the optimum, rad, and its covariance, rad^2; `None` if a direction is free.
+    /// Returns the step to the optimum, rad, and its covariance, rad^2; `None` if a direction is free.
     pub(crate) fn optimum(&self) -> Option<(Vector5<T>, Symmetric5<T>)> {
         let factor = self.information.0.factor(T::ZERO)?;
         Some((-factor.solve(&self.gradient), factor.inverse()))
@@ -135,18 +137,18 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Standard normal number: the sum of twelve uniform numbers (Irwin-Hall).
+    /// Draws a standard normal number: the sum of twelve uniform numbers minus 6 (Irwin-Hall).
     fn normal(rng: &mut ChaCha8Rng) -> f64 {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 
-    /// A row of the Jacobian whose elements differ greatly in size.
+    /// Draws a row of the Jacobian whose elements differ greatly in size.
     fn row(rng: &mut ChaCha8Rng) -> [f64; 5] {
         let mut one = || rng.random_range(-1.0..1.0);
         [1.0 + 0.1 * one(), one(), one(), 0.1 * one(), 0.05 + 0.03 * one()].map(|j| 1e3 * j)
     }
 
-    /// The model of `n` rows of unit noise; the true optimum is 0.
+    /// Draws the model of `n` rows with unit noise; the true optimum is 0.
     fn measured(n: usize, rng: &mut ChaCha8Rng) -> NormalEquations<f64> {
         let mut sum = NormalEquations::ZERO;
         for _ in 0..n {
@@ -169,7 +171,8 @@ mod tests {
         }
         let mean = sum / f64::from(trials);
         let variance = squares / f64::from(trials) - mean * mean;
-        // Four standard errors; the error of the variance follows from the fourth moment, 540.
+        // The limits are four standard errors. The standard error of the variance follows from the fourth central
+        // moment, 540.
         let [of_mean, of_variance] =
             [10.0, 440.0].map(|m: f64| 4.0 * (m / f64::from(trials)).sqrt());
         assert!((mean - 5.0).abs() < of_mean, "{mean}");
@@ -183,7 +186,7 @@ mod tests {
         let sd = exact.information.covariance().unwrap().m44.sqrt();
         let apart = exact.about(&(-Vector5::ith(3, 3.0 * sd)));
         let distance = exact.distance_apart(&apart, &[0.0; 5]).unwrap();
-        // 3 sd over two equal covariances: 9 / 2 along this axis alone.
+        // A gap of 3 sd with twice the covariance gives 9 / 2 along this axis alone.
         assert!(distance >= 4.5 - 1e-9, "{distance}");
         assert!(exact.distance_apart(&exact, &[0.0; 5]).unwrap().abs() < 1e-12);
         assert_eq!(exact.distance_apart(&NormalEquations::ZERO, &[0.0; 5]), None);

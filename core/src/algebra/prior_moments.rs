@@ -1,12 +1,14 @@
-//! Moments of a prior: an information on the extrinsics and a response to the lens, as five virtual correspondences
-//! (`ESTIMATOR.md`, section 21).
+//! Moments of a prior: the moments of five virtual correspondences with a given information on the extrinsics and a
+//! given response to the lens (`ESTIMATOR.md`, section 21).
 //!
-//! In the rectified frame of the estimate the constraint has the derivatives `d_i^T k` by the unknowns, and `l^T k` by
-//! a parameter of the lens, where `k` are the twelve coordinates of a correspondence. The response `E` (5 x 12)
-//! regresses the coordinates on the unknowns: `E = H^-1 D^T M`, noise of disparities included, so `E D = I`. The sum `M' = E^T H E` has the information
-//! `D^T M' D = H` and the mixed information `D^T M' l = H E l`: the lens moves the estimate as it did with `M`.
+//! Let `k` be the twelve coordinates of a correspondence in the rectified frame of the estimate. The constraint has the
+//! derivatives `d_i^T k` with respect to the unknowns, and `l^T k` with respect to a lens parameter. The response `E`
+//! (5 x 12) is the regression of the coordinates on the unknowns, `E = H^-1 D^T M`, with the noise of disparities
+//! included in `H`, so `E D = I`. The moments `M' = E^T H E` give the information `D^T M' D = H` and the mixed
+//! information `D^T M' l = H E l`. So a lens error moves the estimate as with `M`.
 //!
-//! `E D = I` fixes five of the columns, and that of the residual is zero at the optimum. Six are free.
+//! `E D = I` fixes five of the twelve columns, and the column of the residual is zero at the optimum. Six columns are
+//! free.
 
 use nalgebra::Vector5;
 
@@ -15,26 +17,26 @@ use super::information::Information;
 use super::moments::{COORDINATES, Moments};
 use crate::scalar::Scalar;
 
-/// Coordinates whose columns are free: `xx`, `yy`, `yz`, and the derivatives by the lens.
+/// Coordinates whose columns are free: `xx`, `yy`, `yz`, and the derivatives with respect to the lens.
 const FREE: [usize; 6] = [3, 4, 8, 9, 10, 11];
 
-/// Largest magnitude of an element, 1/rad: there, a lens error of one part in a thousand moves the estimate by a
-/// radian.
+/// Largest magnitude of an element, rad. At this value, a lens error of 1e-3 moves the estimate by 1 rad.
 pub(crate) const MAX_RESPONSE: f32 = 1e3;
 
-/// Largest sums of a prior over the weights that they cancel to: rounding in `f32` is then 0.6 % of the weights.
+/// Largest ratio of a sum of a prior to the sum of the weights. The sums cancel to the order of the weights, and at
+/// this ratio the rounding errors in `f32` are 0.6 % of the weights.
 const MAX_CANCELLATION: f64 = 1e5;
 
-/// Columns of `E` for the coordinates of [`FREE`], 1/rad.
+/// Columns of `E` for the coordinates of [`FREE`], rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Response<T>(pub(crate) [[T; 5]; 6]);
 
 impl<T: Scalar> Response<T> {
     pub(crate) const ZERO: Self = Self([[T::ZERO; 5]; 6]);
 
-    /// Sets the response of sums about the pose of their frame; `None` if they have no solution.
+    /// Sets the response of `sums` about the pose of their frame; `None` if the normal equations have no solution.
     ///
-    /// * `information`: of the sums; `prior`: information on each unknown beside the sums, 1/rad^2.
+    /// * `information`: information of the sums, 1/rad^2; `prior`: additional information on each unknown, 1/rad^2.
     #[inline(never)]
     pub(crate) fn set(
         &mut self,
@@ -54,15 +56,15 @@ impl<T: Scalar> Response<T> {
         Some(())
     }
 
-    /// Whether sums `E^T H E` keep the digits of `H`. The covariance of a vibrating rig has less information than the
-    /// weight of its matches, while the response is as large as before, so no smaller bound holds.
+    /// Returns whether the sums `E^T H E` keep the digits of `H`. A smaller bound would refuse vibrating rigs: their
+    /// information is less than the weight of their matches, but their response is as large as that of a rig at rest.
     pub(crate) fn keeps_digits_of(&self, information: &Information<T>) -> bool {
         let [weights, ..] = information.0.diagonal();
         let most = weights * T::lit(MAX_CANCELLATION);
         self.0.iter().all(|column| sum_of(column, information) <= most)
     }
 
-    /// The column of each coordinate: `cx cy cz xx yy zz xy xz yz`, then the lens.
+    /// Returns the column of each coordinate, in the order `cx cy cz xx yy zz xy xz yz`, then the lens.
     fn columns(&self) -> [[T; 5]; COORDINATES] {
         let [xx, yy, yz, k1_l, k1_r, p1] = self.0;
         let (zero, one) = (T::ZERO, T::ONE);
@@ -81,29 +83,30 @@ impl<T: Scalar> Response<T> {
     }
 }
 
-/// A sum `e^T H e`.
+/// Returns `e^T H e` for a column `e`.
 #[inline(never)]
 fn sum_of<T: Scalar>(column: &[T; 5], information: &Information<T>) -> T {
     information.0.form(column)
 }
 
-/// An element within its range.
+/// Limits an element to [`MAX_RESPONSE`] in magnitude; 0 if the element is not finite.
 #[inline(never)]
 fn limited<T: Scalar>(element: T) -> T {
     let most = T::single(MAX_RESPONSE);
     if element.is_finite() { element.clamp(-most, most) } else { T::ZERO }
 }
 
-/// `a b`.
+/// Returns the scalar product of `a` and `b`.
 #[inline(never)]
 fn dot<T: Scalar>(a: &Vector5<T>, b: &[T; 5]) -> T {
     a.iter().zip(b).fold(T::ZERO, |sum, (a, b)| sum + *a * *b)
 }
 
 impl<T: Scalar> Moments<T> {
-    /// Sums in the frame of a prior's pose.
+    /// Sets the moments of a prior, in the frame of its pose.
     ///
-    /// * `squares`: weighted sum of squared residuals.
+    /// * `of`: equations about the pose, with their noise of disparities; `squares`: weighted sum of squared residuals,
+    ///   dimensionless.
     #[inline(never)]
     pub(crate) fn set_prior(
         &mut self,
@@ -127,7 +130,7 @@ impl<T: Scalar> Moments<T> {
         self.set_gradient(&of.normal.gradient);
     }
 
-    /// `D^T M` of one coordinate, in the frame of the sums.
+    /// Returns the column of `D^T M` for one coordinate, in the frame of the sums.
     #[inline(never)]
     fn by_unknowns(&self, coordinate: usize) -> Vector5<T> {
         let mut unit = [T::ZERO; COORDINATES];

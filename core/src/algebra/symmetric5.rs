@@ -1,4 +1,4 @@
-//! Symmetric 5 x 5 matrices, packed: sums of outer products, factors, inverses.
+//! Packed symmetric 5 x 5 matrices: sums of outer products, factorisations, inverses.
 //!
 //! The code is written out, because at opt-level "s" loops over generic matrices cost many times as much.
 
@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Symmetric5<T>(pub(crate) [T; 15]);
 
-/// Factors of `M = L D L^T`: no square roots, and an accuracy independent of the units.
+/// Factors of `M = L D L^T`. The factorisation needs no square roots, and its accuracy does not depend on the units.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Factor<T> {
     /// Elements below the diagonal of `L`, row by row.
@@ -24,7 +24,7 @@ pub(crate) struct Factor<T> {
 impl<T: Scalar> Symmetric5<T> {
     pub(crate) const ZERO: Self = Self([T::ZERO; 15]);
 
-    /// The lower triangle of a full matrix.
+    /// Packs the lower triangle of a full matrix.
     pub(crate) fn packed(m: &Matrix5<T>) -> Self {
         let [c0, c1, c2, c3, c4] = m.data.0;
         let ([a0, a1, a2, a3, a4], [_, b1, b2, b3, b4]) = (c0, c1);
@@ -33,7 +33,7 @@ impl<T: Scalar> Symmetric5<T> {
         Self([a0, a1, b1, a2, b2, d2, a3, b3, d3, e3, a4, b4, d4, e4, f4])
     }
 
-    /// Quadratic form `x^T M x`.
+    /// Returns the quadratic form `x^T M x`.
     #[inline(always)]
     pub(crate) fn form(&self, x: &[T; 5]) -> T {
         let (h, [a, b, c, d, e]) = (&self.0, *x);
@@ -45,13 +45,13 @@ impl<T: Scalar> Symmetric5<T> {
         squares + (twice + twice)
     }
 
-    /// The five elements of the diagonal.
+    /// Returns the five elements of the diagonal.
     pub(crate) fn diagonal(&self) -> [T; 5] {
         let h = &self.0;
         [h[0], h[2], h[5], h[9], h[14]]
     }
 
-    /// A diagonal matrix.
+    /// Returns a diagonal matrix.
     pub(crate) fn of_diagonal([a, b, c, d, e]: [T; 5]) -> Self {
         let mut m = Self::ZERO;
         let h = &mut m.0;
@@ -73,7 +73,7 @@ impl<T: Scalar> Symmetric5<T> {
         h[10] += w4 * j0; h[11] += w4 * j1; h[12] += w4 * j2; h[13] += w4 * j3; h[14] += w4 * j4;
     }
 
-    /// [`Self::add_outer`] out of line, for calls outside the loops over matches.
+    /// Adds as [`Self::add_outer`], out of line, for calls outside the loops over matches.
     #[inline(never)]
     pub(crate) fn add_outer_out_of_line(&mut self, w: T, j: &[T; 5]) {
         self.add_outer(w, j);
@@ -106,7 +106,7 @@ impl<T: Scalar> Symmetric5<T> {
         }
     }
 
-    /// Sum of two matrices.
+    /// Returns the sum of two matrices.
     #[must_use]
     #[inline(never)]
     pub(crate) fn plus(mut self, other: &Self) -> Self {
@@ -114,7 +114,7 @@ impl<T: Scalar> Symmetric5<T> {
         self
     }
 
-    /// Difference of two matrices.
+    /// Returns the difference of two matrices.
     #[must_use]
     #[inline(never)]
     pub(crate) fn minus(mut self, other: &Self) -> Self {
@@ -122,7 +122,7 @@ impl<T: Scalar> Symmetric5<T> {
         self
     }
 
-    /// `factor M`.
+    /// Returns `factor M`.
     #[must_use]
     #[inline(never)]
     pub(crate) fn scaled(mut self, factor: T) -> Self {
@@ -130,7 +130,9 @@ impl<T: Scalar> Symmetric5<T> {
         self
     }
 
-    /// Replaces the uncertainty of the yaw (unknown 1): an error of the other unknowns enters it with a gain.
+    /// Replaces the variance of yaw (unknown 1), and multiplies its covariances with the other unknowns by a gain.
+    ///
+    /// * `gain`: gain of the covariances, dimensionless; `variance`: new variance of yaw, rad^2.
     pub(crate) fn set_yaw(&mut self, gain: T, variance: T) {
         let [_, with_pitch, own, _, with_roll, _, _, with_forward, _, _, _, with_down, ..] =
             &mut self.0;
@@ -140,7 +142,7 @@ impl<T: Scalar> Symmetric5<T> {
         *own = variance;
     }
 
-    /// `M x`.
+    /// Returns `M x`.
     #[inline(never)]
     pub(crate) fn times(&self, x: &Vector5<T>) -> Vector5<T> {
         let h = &self.0;
@@ -154,7 +156,7 @@ impl<T: Scalar> Symmetric5<T> {
         )
     }
 
-    /// Trace of the product of two matrices.
+    /// Returns the trace of the product of two matrices.
     pub(crate) fn dot(&self, other: &Self) -> T {
         let products = self.0.iter().zip(&other.0);
         let all = products.fold(T::ZERO, |sum, (a, b)| sum + *a * *b);
@@ -162,7 +164,7 @@ impl<T: Scalar> Symmetric5<T> {
         diagonals.fold(all + all, |sum, (a, b)| sum - a * b)
     }
 
-    /// The full matrix.
+    /// Returns the full matrix.
     pub(crate) fn matrix(&self) -> Matrix5<T> {
         let h = &self.0;
         Matrix5::new(
@@ -174,26 +176,26 @@ impl<T: Scalar> Symmetric5<T> {
         )
     }
 
-    /// `M^-1`; `None` if the matrix is not positive definite.
+    /// Returns `M^-1`; `None` if the matrix is not positive definite.
     pub(crate) fn inverse(&self) -> Option<Self> {
         Some(self.factor(T::ZERO)?.inverse())
     }
 
-    /// `x^T M^-1 x`; `None` if the matrix is not positive definite.
+    /// Returns `x^T M^-1 x`; `None` if the matrix is not positive definite.
     #[inline(never)]
     pub(crate) fn inverse_form(&self, x: &Vector5<T>) -> Option<T> {
         let form = x.dot(&self.factor(T::ZERO)?.solve(x));
         form.is_finite().then_some(form)
     }
 
-    /// Factors of `M + damping diag M`; `None` if a pivot is not positive or not finite.
+    /// Returns the factors of `M + damping diag M`; `None` if a pivot is not positive or not finite.
     ///
-    /// Out of line: its temporaries leave the caller's stack. Cost: five divisions.
+    /// Out of line, to keep its temporaries off the caller's stack. Cost: five divisions.
     #[inline(never)]
     pub(crate) fn factor(&self, damping: T) -> Option<Factor<T>> {
         let h = &self.0;
         let one = T::ONE + damping;
-        // Not `<=`: a NaN must fail this test.
+        // The test is written so that a NaN fails it.
         let inverse_pivot = |d: T| (d > T::ZERO && d.is_finite()).then(|| T::ONE / d);
         let i0 = inverse_pivot(one * h[0])?;
         let [l10, l20, l30, l40] = [h[1] * i0, h[3] * i0, h[6] * i0, h[10] * i0];
@@ -218,7 +220,7 @@ impl<T: Scalar> Symmetric5<T> {
 }
 
 impl<T: Scalar> Factor<T> {
-    /// `M^-1 x` by forward and back substitution; no division.
+    /// Returns `M^-1 x` by forward and back substitution, without a division.
     #[inline(never)]
     pub(crate) fn solve(&self, x: &Vector5<T>) -> Vector5<T> {
         let [l10, l20, l21, l30, l31, l32, l40, l41, l42, l43] = self.lower;
@@ -235,13 +237,13 @@ impl<T: Scalar> Factor<T> {
         Vector5::new(z0, z1, z2, z3, z4)
     }
 
-    /// `M^-1 = L^-T D^-1 L^-1`.
+    /// Returns `M^-1 = L^-T D^-1 L^-1`.
     #[inline(never)]
     #[rustfmt::skip]
     pub(crate) fn inverse(&self) -> Symmetric5<T> {
         let [l10, l20, l21, l30, l31, l32, l40, l41, l42, l43] = self.lower;
         let [i0, i1, i2, i3, i4] = self.inverse_pivots;
-        // `m`: elements of `-L^-1` below the diagonal; `n`: those of `D^-1` times `m`.
+        // `m`: elements of `-L^-1` below the diagonal; `n`: elements of `D^-1` times `m`.
         let [m10, m21, m32, m43] = [l10, l21, l32, l43];
         let m20 = l20 - l21 * m10;
         let m31 = l31 - l32 * m21;
@@ -280,7 +282,8 @@ mod tests {
         proptest::array::uniform7(proptest::array::uniform5(-1.0..1.0_f64))
     }
 
-    /// Sum of seven outer products whose columns differ greatly in size, packed and by nalgebra.
+    /// Returns the sum of seven outer products whose columns differ greatly in size, as a packed matrix and by
+    /// nalgebra.
     fn sums(rows: &Rows) -> (Symmetric5<f64>, Matrix5<f64>) {
         let (mut packed, mut full) = (Symmetric5::ZERO, Matrix5::zeros());
         for (row, w) in rows.iter().zip([1.0, 0.5, 2.0, 3.0, 1.0, 0.25, 1.0]) {

@@ -9,15 +9,15 @@ use crate::geometry::lens_correction::{LensCorrection, RayChange};
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_TANGENT;
 
-/// Score 1 in the low bits of [`RayPair`]'s tag; the bits above hold the cell.
+/// Value of the low bits of [`RayPair`]'s tag for a score of 1. The bits above hold the cell.
 const FULL_SCORE: u16 = (1 << SCORE_BITS) - 1;
 const SCORE_BITS: u16 = 10;
 
-/// Resolution of [`RayPair::grid_step`], steps a pixel, and its largest value, px.
+/// Resolution of [`RayPair::grid_step`], steps per px. `MAX_GRID_STEP_PX` is its largest value, px.
 const STEPS_PER_PX: f64 = 256.0;
 const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
 
-/// One left/right correspondence in px of the captured images, before undistortion.
+/// One left/right correspondence in pixel coordinates of the captured images, before undistortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -34,19 +34,19 @@ pub struct Correspondence<T> {
 }
 
 impl<T: Scalar> Correspondence<T> {
-    /// The score in steps of 1/1023.
+    /// Returns the score in steps of 1/1023.
     pub(crate) fn score_steps(&self) -> u16 {
         nearest(self.score * T::count(FULL_SCORE.into()))
     }
 }
 
-/// Nearest integer, saturated to the range of `u16`.
+/// Returns the nearest integer, saturated to the range of `u16`.
 fn nearest<T: Scalar>(x: T) -> u16 {
     (x + T::HALF).to_u16()
 }
 
-/// Whether a number is from 0 to `most`, by one comparison: the bits of a negative number or of NaN compare above.
-/// False for -0.
+/// Returns whether a number is from 0 to `most`, by one comparison of bits: the bits of negative numbers and of NaN
+/// compare as larger. False for -0.
 #[inline(always)]
 fn is_within<T: Scalar>(x: T, most: T) -> bool {
     x.bits() <= most.bits()
@@ -65,15 +65,15 @@ pub struct RayPair<T> {
 }
 
 impl<T: Scalar> RayPair<T> {
-    /// Along both optical axes.
+    /// Rays along both optical axes.
     pub(crate) const ZERO: Self = {
         let axis = Vector2::new(T::ZERO, T::ZERO);
         Self { left: axis, right: axis, tag: 0, grid_step: 0 }
     };
 
-    /// From undistorted rays `[x, y]` at unit depth, with score 1 and continuous coordinates.
+    /// Creates a pair from undistorted rays `[x, y]` at unit depth, with score 1 and continuous coordinates.
     ///
-    /// `None` if a coordinate is not finite or above 11.43 in size (85 degrees).
+    /// `None` if a coordinate is not finite, or above 11.43 (85 degrees) in magnitude.
     pub fn try_new(left: [T; 2], right: [T; 2]) -> Option<Self> {
         let limit = T::lit(MAX_TANGENT);
         let sane = |x: &T| x.abs() <= limit;
@@ -85,43 +85,43 @@ impl<T: Scalar> RayPair<T> {
         })
     }
 
-    /// Left ray `[x, y]` at unit depth, left camera frame.
+    /// Returns the left ray `[x, y]` at unit depth, in the left camera frame.
     pub fn left(&self) -> [T; 2] {
         self.left.into()
     }
 
-    /// Right ray `[x, y]` at unit depth, right camera frame.
+    /// Returns the right ray `[x, y]` at unit depth, in the right camera frame.
     pub fn right(&self) -> [T; 2] {
         self.right.into()
     }
 
-    /// `x_l`, `y_l`, `x_r`, `y_r` at unit depth.
+    /// Returns `x_l`, `y_l`, `x_r`, `y_r` at unit depth, each ray in its camera frame.
     #[inline(always)]
     pub(crate) fn rays(&self) -> [T; 4] {
         [self.left.x, self.left.y, self.right.x, self.right.y]
     }
 
-    /// The rays with another lens model of the right camera.
+    /// Returns the rays with another lens model of the right camera.
     pub(crate) fn changed(&self, change: &RayChange<T>) -> Self {
         Self { right: change.of(self.right), ..*self }
     }
 
-    /// Confidence of the matcher, 0 to 1, to the nearest 1/1023.
+    /// Returns the confidence of the matcher, 0 to 1, rounded to 1/1023.
     pub fn score(&self) -> T {
         T::count(self.score_steps().into()) / T::count(FULL_SCORE.into())
     }
 
-    /// The score in steps of 1/1023.
+    /// Returns the score in steps of 1/1023.
     pub(crate) fn score_steps(&self) -> u16 {
         self.tag & FULL_SCORE
     }
 
-    /// Cell of the left pixel; the first cell for rays without a pixel.
+    /// Returns the cell of the left pixel; the first cell for rays without a pixel.
     pub(crate) fn cell(&self) -> Cell {
         Cell::from_bits(self.tag >> SCORE_BITS)
     }
 
-    /// Step of the matcher's grid, px, to the nearest 1/256; 0 for continuous coordinates.
+    /// Returns the step of the matcher's grid, px, rounded to 1/256; 0 for continuous coordinates.
     pub fn grid_step(&self) -> T {
         T::count(self.grid_step.into()) * T::lit(1.0 / STEPS_PER_PX)
     }
@@ -140,23 +140,25 @@ pub struct Cameras<T> {
 }
 
 impl<T: Scalar> Cameras<T> {
-    /// Mean focal length of both cameras, px: pixels of a row offset of 1 at unit depth.
+    /// Returns the mean focal length of both cameras, px. Its product with a row offset at unit depth is the row offset
+    /// in px.
     pub fn mean_focal(&self) -> T {
         (self.left.mean_focal() + self.right.mean_focal()) * T::HALF
     }
 
-    /// The cameras with the right lens model corrected. A pinhole with a `k1` becomes radial-tangential.
+    /// Returns the cameras with the lens model of the right camera corrected. A pinhole model becomes radial-tangential
+    /// if the correction has a `k1`.
     ///
     /// # Errors
-    /// [`CameraError`] names the quantity that the correction brings out of range.
+    /// [`CameraError`] names the quantity that the correction moves out of range.
     pub fn corrected(&self, correction: &LensCorrection<T>) -> Result<Self, CameraError> {
         Ok(Self { right: self.right.corrected(correction)?, ..*self })
     }
 
-    /// Undistorts one correspondence. Cost: two undistortions, each of bounded iterations.
+    /// Undistorts one correspondence. Cost: two undistortions, each with a bounded number of iterations.
     ///
     /// # Errors
-    /// [`PushError`]: score or grid step out of range, or a pixel without a ray.
+    /// [`PushError`]: the score, the grid step or a pixel is out of range, or a pixel has no ray.
     pub fn rays(&self, c: &Correspondence<T>) -> Result<RayPair<T>, PushError> {
         self.check(c)?;
         self.undistort(c, self.cell(c))
@@ -176,8 +178,8 @@ impl<T: Scalar> Cameras<T> {
         if is_usual { Ok(()) } else { self.check_each(c) }
     }
 
-    /// [`Self::check`] with the reason of a refusal. Also accepts pixels up to one pixel left of or above the centre of
-    /// the first.
+    /// Checks like [`Self::check`], and returns the reason for a refusal. Also accepts pixels up to one pixel left of,
+    /// or above, the centre of the first pixel.
     #[cold]
     #[inline(never)]
     fn check_each(&self, c: &Correspondence<T>) -> Result<(), PushError> {
@@ -191,12 +193,12 @@ impl<T: Scalar> Cameras<T> {
         self.right.check(c.right).map_err(|e| PushError::Pixel(Side::Right, e))
     }
 
-    /// Cell of a correspondence's left pixel.
+    /// Returns the cell of the left pixel of a correspondence.
     pub(crate) fn cell(&self, c: &Correspondence<T>) -> Cell {
         Cell::of(c.left, self.left.intrinsics().size)
     }
 
-    /// The rays of a checked correspondence in `cell`.
+    /// Returns the rays of a checked correspondence in `cell`.
     #[inline(always)]
     pub(crate) fn undistort(
         &self,
@@ -222,7 +224,7 @@ pub(super) mod tests {
     use crate::geometry::lens::Lens;
     use proptest::prelude::*;
 
-    /// Two equal pinhole cameras of 640 x 480 px.
+    /// Returns two equal pinhole cameras of 640 x 480 px.
     pub(in crate::batch) fn cameras() -> Cameras<f32> {
         let intrinsics =
             Intrinsics { focal: [500.0; 2], principal: [320.0, 240.0], size: [640, 480] };

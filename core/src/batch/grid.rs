@@ -1,10 +1,11 @@
-//! Grid of 8 x 6 cells over the left image: spatial spread of a selection, coverage of an estimate.
+//! Grid of 8 x 6 cells over the left image. It spreads a selection over the image, and measures the coverage of an
+//! estimate.
 
 use crate::scalar::Scalar;
 
 const COLUMNS: u16 = 8;
 const ROWS: u16 = 6;
-/// Cells of the grid.
+/// Number of cells of the grid.
 pub(super) const CELLS: usize = 48;
 
 /// A cell of the grid: row times 8 plus column.
@@ -12,12 +13,12 @@ pub(super) const CELLS: usize = 48;
 pub(crate) struct Cell(u8);
 
 impl Cell {
-    /// Upper left.
+    /// Upper left cell.
     pub(super) const FIRST: Self = Self(0);
 
-    /// Cell of a pixel.
+    /// Returns the cell of a pixel.
     ///
-    /// * `pixel`: `[u, v]`, px; a pixel outside the image is in the nearest cell of the border.
+    /// * `pixel`: `[u, v]`, px; a pixel outside the image belongs to the nearest cell at the border.
     /// * `size`: `[width, height]`, px.
     pub(crate) fn of<T: Scalar>(pixel: [T; 2], size: [u16; 2]) -> Self {
         // The image starts half a pixel before the centre of its first pixel.
@@ -29,23 +30,23 @@ impl Cell {
         Self::from_bits(along(v, height, ROWS) * COLUMNS + along(u, width, COLUMNS))
     }
 
-    /// Index of the cell, below 64.
+    /// Returns the index of the cell, which is below 64.
     pub(crate) fn bits(self) -> u16 {
         self.0.into()
     }
 
-    /// Inverse of [`Self::bits`].
+    /// Returns the cell of an index; inverse of [`Self::bits`].
     pub(crate) fn from_bits(index: u16) -> Self {
         let [index, _] = index.to_le_bytes();
         Self(index)
     }
 
-    /// Index into an array of [`CELLS`].
+    /// Returns the index of the cell in an array of [`CELLS`] elements.
     pub(super) fn index(self) -> usize {
         self.0.into()
     }
 
-    /// All cells, by index.
+    /// Returns all cells in order of index.
     pub(super) fn all() -> impl Iterator<Item = Self> {
         (0..COLUMNS * ROWS).map(Self::from_bits)
     }
@@ -59,7 +60,7 @@ impl Cell {
     }
 }
 
-/// Set of cells, one bit each, in words of the controller.
+/// Set of cells, with one bit per cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct CellSet([u32; 2]);
 
@@ -74,7 +75,7 @@ impl CellSet {
         }
     }
 
-    /// Takes a cell out.
+    /// Removes a cell.
     pub(super) fn remove(&mut self, cell: Cell) {
         if let Some(word) = self.0.get_mut(cell.word()) {
             *word &= !cell.bit();
@@ -85,13 +86,13 @@ impl CellSet {
         self.0 == [0; 2]
     }
 
-    /// Whether all cells are in the left half, and all in the upper half.
+    /// Returns whether all cells of the set are in the upper left quarter of the image.
     pub(crate) fn is_of_a_corner(self) -> bool {
         self.is_within([COLUMNS / 2, ROWS / 2])
     }
 
-    /// Whether all cells are within the square that a longer and a shorter side of the image span. False if no whole
-    /// cell lies outside that square.
+    /// Returns whether all cells of the set are within the upper left square whose side is the shorter side of the
+    /// image. False if no whole cell lies outside this square.
     ///
     /// * `size`: `[width, height]`, px.
     pub(crate) fn is_of_the_square(self, size: [u16; 2]) -> bool {
@@ -104,7 +105,7 @@ impl CellSet {
         (columns < COLUMNS || rows < ROWS) && self.is_within([columns, rows])
     }
 
-    /// Whether all cells are within so many columns and rows.
+    /// Returns whether all cells of the set are within the first `columns` columns and the first `rows` rows.
     fn is_within(self, [columns, rows]: [u16; 2]) -> bool {
         let mut within = true;
         self.for_each(|cell| {
@@ -114,12 +115,12 @@ impl CellSet {
         within
     }
 
-    /// Share of all cells, 0 to 1.
+    /// Returns the share of all cells of the grid that are in the set, 0 to 1.
     pub(crate) fn share<T: Scalar>(self) -> T {
         T::count(self.0.map(u32::count_ones).iter().sum()) / T::count((COLUMNS * ROWS).into())
     }
 
-    /// Calls `f` with each cell, by index.
+    /// Calls `f` with each cell of the set, in order of index.
     #[inline(always)]
     pub(super) fn for_each(self, mut f: impl FnMut(Cell)) {
         for (mut word, first) in self.0.into_iter().zip([0, 32]) {

@@ -1,4 +1,4 @@
-//! Batch of correspondences: undistorted to rays, selected to a fixed capacity.
+//! Batch of correspondences: undistorts pixels to rays, and selects correspondences up to a fixed capacity.
 
 pub(crate) mod correspondence;
 pub(crate) mod grid;
@@ -26,23 +26,23 @@ use shift::Shift;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Pushed {
-    /// The batch had room and holds it.
+    /// The batch had room and holds the correspondence.
     Kept,
-    /// The batch holds it in place of another one.
+    /// The batch holds the correspondence in place of another one.
     Replaced,
-    /// The batch is full and its priority too low: it is left out.
+    /// The batch is full and does not hold the correspondence, because its priority is too low.
     LeftOut,
 }
 
 codes! { Pushed { Kept = 0, Replaced = 1, LeftOut = 2 } }
 texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 
-/// Up to `N` correspondences as rays, and counts of the others. `N` is at most 16384.
+/// Up to `N` correspondences as rays, and counts of the correspondences left out or refused. `N` is at most 16384.
 ///
-/// A full batch keeps correspondences spread over the left image: in one cell it prefers the better score, and chooses
-/// at random among equal scores. The order of arrival has no influence.
+/// A full batch keeps correspondences spread over the left image. Within a cell it prefers the better score, and
+/// chooses pseudo-randomly among equal scores. The order of arrival has no influence.
 ///
-/// RAM: 23 bytes a correspondence in `f32`, and 356.
+/// RAM: 356 bytes, plus 23 bytes per correspondence in `f32`.
 ///
 /// # Examples
 ///
@@ -61,23 +61,23 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// ```
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
-    /// A short length: if memory is overwritten from outside, a wrong length is still a slice.
+    /// The length has 16 bits: if a fault overwrites the memory, a wrong length still gives a slice.
     pairs: heapless::Vec<RayPair<T>, N, u16>,
     selection: Selection<N>,
     left_out: u32,
     refused: u32,
-    /// Refused correspondences without a ray.
+    /// Number of refused correspondences with a pixel that has no ray.
     without_ray: u32,
-    /// Most frequent motion of matches from the right image to the left one.
+    /// Most frequent displacement of matches from the right image to the left image.
     shift: Shift<T>,
-    /// Cells that matches of any batch have visited.
+    /// Cells that contained matches in this batch or in earlier ones.
     seen: CellSet,
-    /// Whether the matches belong to a frame that has not ended with a correct CRC yet.
+    /// Whether the matches belong to a transmission frame that has not yet ended with a correct CRC.
     arriving: bool,
 }
 
 impl<T: Scalar, const N: usize> Batch<T, N> {
-    /// An empty batch.
+    /// Creates an empty batch.
     #[must_use]
     #[inline(always)]
     pub const fn new() -> Self {
@@ -94,7 +94,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         }
     }
 
-    /// A batch of rays without pixels.
+    /// Creates a batch from rays without pixels.
     #[cfg(test)]
     pub(crate) fn of(pairs: &[RayPair<T>]) -> Self {
         let mut batch = Self::new();
@@ -104,14 +104,15 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         batch
     }
 
-    /// Undistorts and keeps one correspondence; a full batch replaces one of lower priority or
+    /// Undistorts and keeps one correspondence. A full batch either replaces a correspondence of lower priority, or
     /// leaves the new one out.
     ///
-    /// A correspondence left out for its priority is not undistorted, so a missing ray goes unnoticed. Cost: two
-    /// undistortions, and for a kept one a search of the cell's list for its place.
+    /// A correspondence that is left out for its priority is not undistorted, so a missing ray goes unnoticed. Cost:
+    /// two undistortions, and a search in the list of the cell if the correspondence is kept.
     ///
     /// # Errors
-    /// [`PushError`]: out of range or without a ray. Only the count of refusals changes.
+    /// [`PushError`]: a value is out of range, or a pixel has no ray. The correspondences in the batch stay unchanged;
+    /// the refusal is counted.
     #[inline(never)]
     pub fn push(
         &mut self,
@@ -132,7 +133,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         pushed
     }
 
-    /// Keeps, replaces or leaves out; counts nothing.
+    /// Keeps a correspondence, replaces another one, or leaves the new one out. Does not update the counts.
     fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
         cameras.check(c)?;
         let (cell, priority) = (cameras.cell(c), Priority::of(c));
@@ -144,7 +145,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         if stays == Some(false) {
             return Ok(Pushed::LeftOut);
         }
-        // Before the eviction: the pixel may have no ray.
+        // Undistorts before the eviction, because the pixel may have no ray.
         let pair = cameras.undistort(c, cell)?;
         let Some(eviction) = eviction else {
             self.keep(pair, priority);
@@ -161,22 +162,23 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         Ok(Pushed::Replaced)
     }
 
-    /// Appends to a batch with room.
+    /// Appends a correspondence to a batch with room.
     fn keep(&mut self, pair: RayPair<T>, priority: Priority) {
         if self.pairs.push(pair).is_ok() {
             self.selection.add(priority, &self.pairs);
         }
     }
 
-    /// The correspondences, in order of arrival until the first is replaced. Empty while a frame arrives
-    /// ([`crate::link`]): half a frame is not a pair.
+    /// Returns the correspondences, in order of arrival until the first is replaced. Empty while a transmission frame
+    /// arrives ([`crate::link`]), because an incomplete frame is not a pair.
     pub fn pairs(&self) -> &[RayPair<T>] {
         if self.arriving { &[] } else { &self.pairs }
     }
 
-    /// The match nearest to a left ray, among those within reach of it and within a row offset at a pose.
+    /// Returns the match whose left ray is nearest to `ray`, among the matches within `reach` that have a small row
+    /// offset at a pose.
     ///
-    /// * `reach`, `most`: largest distance of the left rays and largest row offset, at unit depth.
+    /// * `reach`: largest distance of the left rays; `most`: largest row offset; both at unit depth.
     pub(crate) fn nearest(
         &self,
         ray: &Vector2<T>,
@@ -194,39 +196,39 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         nearest.1
     }
 
-    /// Hides the correspondences from now on, until [`Batch::end_frame`] or [`Batch::clear`].
+    /// Hides the correspondences until [`Batch::end_frame`] or [`Batch::clear`].
     pub(crate) fn begin_frame(&mut self) {
         self.arriving = true;
     }
 
-    /// Shows the correspondences of a whole frame.
+    /// Shows the correspondences again, because the frame is complete.
     pub(crate) fn end_frame(&mut self) {
         self.arriving = false;
     }
 
-    /// Whether the length is within the capacity.
+    /// Returns whether the length is within the capacity.
     pub(crate) fn is_within(&self) -> bool {
         self.pairs.len() <= N
     }
 
-    /// Whether a frame arrives that was not cleared since its start.
+    /// Returns whether a frame has begun to arrive and has neither ended nor been cleared.
     pub(crate) fn is_arriving(&self) -> bool {
         self.arriving
     }
 
-    /// Correspondences offered since the last [`Batch::clear`]: kept, left out or refused.
+    /// Returns the number of correspondences offered since the last [`Batch::clear`]: kept, left out or refused.
     pub fn offered(&self) -> u32 {
         let held = u32::try_from(self.pairs.len()).unwrap_or(u32::MAX);
         held.saturating_add(self.left_out).saturating_add(self.refused)
     }
 
-    /// Forgets the cells that matches have visited, because the next ones come from other cameras.
+    /// Forgets the cells that contained matches, because the next matches come from other cameras.
     pub(crate) fn forget_cells(&mut self) {
         self.seen = CellSet::NONE;
     }
 
-    /// The mistake that the pixels show: most matches were refused since the last [`Batch::clear`]; or no match of any
-    /// batch was right of the middle of the left image, nor below it.
+    /// Returns the setup mistake that the pixels show. Either most matches since the last [`Batch::clear`] were
+    /// refused; or all matches so far were in the upper left quarter of the left image.
     pub(crate) fn cause(&self) -> Option<Cause> {
         if self.refused > self.offered() / 2 {
             let most_without_ray = self.without_ray > self.refused / 2;
@@ -236,34 +238,36 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         }
     }
 
-    /// The mistake that an unsolved pair shows.
+    /// Returns the setup mistake that an unsolved pair shows.
+    ///
+    /// * `why`: reason for the failure; `size`: width and height of the left image, px.
     pub(crate) fn cause_of(&self, why: Rejection, size: [u16; 2]) -> Option<Cause> {
         let transposed = self.refused > 0 && self.seen.is_of_the_square(size);
         self.cause().or_else(|| Cause::of_unsolved(why, transposed, self.is_moved_alike()))
     }
 
-    /// Scatter of the matches with a common motion: [`Shift::spread`].
+    /// Returns the scatter of the matches with the most frequent displacement; see [`Shift::spread`].
     pub(crate) fn spread(&self) -> [T; 2] {
         self.shift.spread()
     }
 
-    /// Whether most matches have a common motion between both images.
+    /// Returns whether most matches have the same displacement between the images.
     pub(crate) fn is_moved_alike(&self) -> bool {
         let taken = self.offered().saturating_sub(self.refused);
         self.shift.excess > taken / 4
     }
 
-    /// Valid correspondences replaced or left out since the last [`Batch::clear`].
+    /// Returns the number of valid correspondences replaced or left out since the last [`Batch::clear`].
     pub fn left_out(&self) -> u32 {
         self.left_out
     }
 
-    /// Correspondences refused since the last [`Batch::clear`].
+    /// Returns the number of correspondences refused since the last [`Batch::clear`].
     pub fn refused(&self) -> u32 {
         self.refused
     }
 
-    /// Removes all correspondences and resets the counts.
+    /// Removes all correspondences, and resets the counts.
     pub fn clear(&mut self) {
         self.pairs.clear();
         self.selection.clear();
@@ -292,7 +296,7 @@ mod tests {
     use std::vec::Vec;
 
     prop_compose! {
-        /// On whole pixels, half of them in one cell and its neighbours; four different scores.
+        /// Matches on whole pixels with four different scores; half of them lie in one cell and its neighbours.
         fn matches()(u in 0..640_u16, v in 0..480_u16, crowded: bool, d in 1..60_u8, score in 0..4_u8)
             -> Correspondence<f32>
         {
@@ -302,14 +306,14 @@ mod tests {
         }
     }
 
-    /// Priority, and the rays that decide among equal ones.
+    /// Priority, and the rays that decide between equal priorities.
     type Order = (Priority, [u64; 4]);
 
     fn order(c: &Correspondence<f32>) -> Order {
         (Priority::of(c), ray_bits(&cameras().rays(c).unwrap()))
     }
 
-    /// The definition: the first `n` of all matches by rank in their cell, then by priority.
+    /// Returns the selection by its definition: the first `n` of all matches by rank in their cell, then by priority.
     fn first_by_rank_and_priority(offered: &[Correspondence<f32>], n: usize) -> Vec<[u64; 4]> {
         let all: Vec<_> = offered.iter().map(|c| (cameras().cell(c), order(c))).collect();
         let rank = |cell, p| all.iter().filter(|(c, other)| *c == cell && *other > p).count();
@@ -336,13 +340,13 @@ mod tests {
             mut offered in prop::collection::vec(matches(), 0..400),
             seed in prop::collection::vec(any::<prop::sample::Index>(), 400),
         ) {
-            // Equal matches have equal priority, which leaves their ranks undefined.
+            // Duplicates are removed, because their ranks are not defined.
             offered.sort_by(|a, b| (a.left, a.right).partial_cmp(&(b.left, b.right)).unwrap());
             offered.dedup_by(|a, b| (a.left, a.right) == (b.left, b.right));
             for i in (1..offered.len()).rev() {
                 offered.swap(i, seed[i].index(i + 1));
             }
-            // Less than one, about one, and several matches a cell.
+            // The capacities are less than one match, about one match, and several matches per cell.
             prop_assert_eq!(selected::<20>(&offered), first_by_rank_and_priority(&offered, 20));
             prop_assert_eq!(selected::<60>(&offered), first_by_rank_and_priority(&offered, 60));
             prop_assert_eq!(selected::<200>(&offered), first_by_rank_and_priority(&offered, 200));

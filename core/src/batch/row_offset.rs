@@ -5,11 +5,11 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_DEPTH;
 
-/// Variance of a row offset, and of a disparity, over that of a coordinate: each view adds its own.
+/// Variance of a row offset or of a disparity over the variance of a coordinate. Both views contribute their noise.
 pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
 
-/// Row offset `e_i = v_l - v_r` of eq 11 between the rectified rays, at unit depth, dimensionless; times the focal
-/// length it is in px.
+/// Returns the row offset `e_i = v_l - v_r` of eq 11 between the rectified rays, at unit depth, dimensionless. Its
+/// product with the focal length in px is the row offset in px.
 ///
 /// `None` if a rectified depth is below 0.05: the ray is behind the rectified plane or parallel to it. Cost: one
 /// division.
@@ -26,7 +26,7 @@ pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<
     Some(y_l * inverse_l - y_r * inverse_r)
 }
 
-/// Whether the row offset at a pose is at most so large, at unit depth.
+/// Returns whether the magnitude of the row offset at a pose is at most `most`, at unit depth.
 pub(crate) fn is_within_rows<T: Scalar>(
     pair: &RayPair<T>,
     pose: &RectifyingRotations<T>,
@@ -35,12 +35,12 @@ pub(crate) fn is_within_rows<T: Scalar>(
     row_offset(pose, pair).is_some_and(|offset| offset.abs() <= most)
 }
 
-/// Inverses of two depths by one division, the slowest instruction of a controller; `None` if a
-/// depth is below [`MIN_DEPTH`] or NaN.
+/// Returns the inverses of two depths, with only one division, which is the slowest instruction of a controller. `None`
+/// if a depth is below [`MIN_DEPTH`] or NaN.
 #[inline(always)]
 pub(crate) fn inverse_depths<T: Scalar>(left: T, right: T) -> Option<[T; 2]> {
     let least = T::lit(MIN_DEPTH);
-    // Not `<`: a NaN must fail this test.
+    // The test is written so that a NaN fails it.
     if left >= least && right >= least {
         let inverse = T::ONE / (left * right);
         Some([inverse * right, inverse * left])

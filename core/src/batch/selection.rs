@@ -1,34 +1,36 @@
 //! Selection of correspondences when a matcher delivers more than the batch holds.
 //!
-//! A correspondence offered to a full batch is counted into its cell; then the correspondence of lowest priority in the
-//! fullest cells is evicted; it may be the new one. The batch keeps the first correspondences by rank in their cell,
-//! then by priority, for any order of arrival. Priority: the score; among equal scores a hash of the pixels, which is
-//! unbiased; among equal hashes the rays.
+//! A correspondence that is offered to a full batch first counts in its cell. Then the correspondence with the lowest
+//! priority in the fullest cells is evicted, which may be the new one. For any order of arrival, the batch keeps the
+//! first correspondences by rank in their cell, then by priority. Priority is given by the score; for equal scores by a
+//! hash of the pixels, which is unbiased; and for equal hashes by the rays.
 //!
-//! The members of a cell are a list in order of priority: the batch is never scanned.
+//! The members of each cell form a list in order of priority, so the whole batch is never scanned.
 //!
-//! Disparity has no influence, although near points determine most of `t`: outliers have the largest disparities.
-//! Preferring near points, a batch of 128 with 30 % outliers offered held 61 outliers instead of 39.
+//! Disparity has no influence, although near points determine most of `t`, because outliers have the largest
+//! disparities. With a preference for near points, a batch of 128 held 61 outliers instead of 39 when 30 % of the
+//! offered matches were outliers.
 
 use super::correspondence::{Correspondence, RayPair};
 use super::grid::{CELLS, Cell, CellSet};
 use crate::scalar::Scalar;
 
-/// Multiplier of the hash: the fraction of the golden ratio, odd and without a pattern in its bits.
+/// Multiplier of the hash: the fractional part of the golden ratio times 2^32, which is odd and has no pattern in its
+/// bits.
 const MULTIPLIER: u32 = 0x9e37_79b9;
 
-/// Bits of an index beside a priority of 18.
+/// Number of bits of an index; the other 18 bits of a [`Member`] hold the priority.
 const INDEX_BITS: u32 = 14;
 const MAX_INDEX: u16 = (1 << INDEX_BITS) - 1;
 /// Largest number of members.
 pub(super) const MAX_MEMBERS: usize = 1 << INDEX_BITS;
 
-/// Order within a cell without regard to rays: 10 bits of the score, then 8 of a hash. The larger value stays.
+/// Priority within a cell, without the rays: 10 bits of the score, then 8 bits of a hash. The larger value stays.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub(super) struct Priority(u32);
 
 impl Priority {
-    /// Priority of a correspondence; equal pixels have equal hashes.
+    /// Returns the priority of a correspondence. Equal pixels have equal hashes.
     pub(super) fn of<T: Scalar>(c: &Correspondence<T>) -> Self {
         let add = |hash: u32, x: T| {
             let [a, b, c, d, e, f, g, h] = x.bits().to_le_bytes();
@@ -36,7 +38,7 @@ impl Priority {
             let hash = (hash ^ word).wrapping_mul(MULTIPLIER);
             hash ^ (hash >> 15)
         };
-        // Written out: at opt-level "s" the compiler does not unroll a loop.
+        // Written out, because at opt-level "s" the compiler does not unroll a loop.
         let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
         let hash = add(add(add(add(0, u_l), v_l), u_r), v_r);
         let [.., hash] = hash.wrapping_mul(MULTIPLIER).to_le_bytes();
@@ -53,7 +55,7 @@ impl Priority {
     }
 }
 
-/// Priority of a member, and its index in the batch below.
+/// Priority of a member in the high bits, and its index in the batch in the low bits.
 #[derive(Debug, Clone, Copy)]
 struct Member(u32);
 
@@ -80,30 +82,30 @@ impl Member {
     }
 }
 
-/// Members of a batch in their cells, each cell in order of priority.
+/// Members of a batch by cell, each cell in order of priority.
 #[derive(Debug, Clone)]
 pub(super) struct Selection<const N: usize> {
-    /// Hash of the pixels of a member.
+    /// Hash of the pixels of each member.
     hashes: [u8; N],
-    /// Member of the same cell with the next higher priority.
+    /// For each member, the member of the same cell with the next higher priority.
     next: [u16; N],
-    /// Member of each cell with the lowest priority.
+    /// Member with the lowest priority in each cell.
     lowest: [Member; CELLS],
-    /// Number of members of each cell: the length of its list.
+    /// Number of members of each cell, that is, the length of its list.
     counts: [u16; CELLS],
-    /// Largest of the counts, and the cells with that count.
+    /// Largest of the counts; `fullest` holds the cells with that count.
     most: u16,
     fullest: CellSet,
-    /// The fullest cell with the lowest member, while it is known.
+    /// The cell with the lowest member among the fullest cells; `None` while not known.
     fullest_with_lowest: Option<Cell>,
 }
 
-/// Member of a full batch with the lowest priority in the fullest cells.
+/// Candidate for eviction from a full batch: the member with the lowest priority in the fullest cells.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Eviction {
     cell: Cell,
     member: Member,
-    /// Whether the cell of the new correspondence is among the fullest.
+    /// Whether the cell of the new correspondence is among the fullest, if the new one is counted.
     new_is_candidate: bool,
 }
 
@@ -112,7 +114,7 @@ impl Eviction {
         self.member.index().into()
     }
 
-    /// Whether the new correspondence stays; `None` if its rays must decide.
+    /// Returns whether the new correspondence stays; `None` if the rays must decide.
     pub(super) fn is_replaced_by(self, new: Priority) -> Option<bool> {
         let old = self.member.priority();
         let equal = self.new_is_candidate && new == old;
@@ -121,7 +123,7 @@ impl Eviction {
 }
 
 impl<const N: usize> Selection<N> {
-    /// No members.
+    /// Creates an empty selection.
     #[inline(always)]
     pub(super) const fn new() -> Self {
         Self {
@@ -141,8 +143,8 @@ impl<const N: usize> Selection<N> {
         (self.most, self.fullest, self.fullest_with_lowest) = (0, CellSet::NONE, None);
     }
 
-    /// Member that may give way to a new correspondence, [`Eviction::is_replaced_by`]: the lowest one of the fullest cells,
-    /// that of the new correspondence counted with it.
+    /// Returns the member that a new correspondence may replace ([`Eviction::is_replaced_by`]): the member with the
+    /// lowest priority in the fullest cells, where the new correspondence counts in its cell.
     ///
     /// * `new`: cell of the new correspondence.
     /// * `pairs`: correspondences of the full batch.
@@ -168,7 +170,7 @@ impl<const N: usize> Selection<N> {
         }
     }
 
-    /// Takes a member out and adds the correspondence that is now at its index.
+    /// Removes a member, and adds the correspondence that is now at its index.
     #[inline(always)]
     pub(super) fn replace<T: Scalar>(
         &mut self,
@@ -185,13 +187,13 @@ impl<const N: usize> Selection<N> {
             self.raise(cell);
             self.lower(old.cell);
         }
-        // The lowest member of that cell has left.
+        // The lowest member of the old cell has been removed.
         if self.fullest_with_lowest == Some(old.cell) {
             self.fullest_with_lowest = None;
         }
     }
 
-    /// Among the fullest cells the one with the lowest member.
+    /// Returns the cell with the lowest member among the fullest cells.
     fn fullest_with_lowest<T: Scalar>(&mut self, pairs: &[RayPair<T>]) -> Cell {
         if let Some(cell) = self.fullest_with_lowest {
             return cell;
@@ -215,7 +217,7 @@ impl<const N: usize> Selection<N> {
         self.counts.get(cell.index()).copied().unwrap_or(0)
     }
 
-    /// Member of the same cell with the next higher priority.
+    /// Returns the member of the same cell with the next higher priority.
     fn next(&self, index: u16) -> u16 {
         self.next.get(usize::from(index)).copied().unwrap_or(0)
     }
@@ -227,7 +229,7 @@ impl<const N: usize> Selection<N> {
         Priority::new(score, self.hashes.get(index).copied().unwrap_or(0))
     }
 
-    /// Puts a member into the list of its cell and counts it there.
+    /// Inserts a member into the list of its cell, and counts it.
     #[inline(always)]
     fn link<T: Scalar>(&mut self, cell: Cell, index: u16, new: Priority, pairs: &[RayPair<T>]) {
         if let Some(hash) = self.hashes.get_mut(usize::from(index)) {
@@ -265,7 +267,7 @@ impl<const N: usize> Selection<N> {
         }
     }
 
-    /// Notes that a cell has gained a member.
+    /// Updates the fullest cells after a cell has gained a member.
     fn raise(&mut self, cell: Cell) {
         let count = self.count(cell);
         if count > self.most {
@@ -277,7 +279,7 @@ impl<const N: usize> Selection<N> {
         }
     }
 
-    /// Notes that a fullest cell has lost a member.
+    /// Updates the fullest cells after one of them has lost a member.
     fn lower(&mut self, cell: Cell) {
         self.fullest.remove(cell);
         if self.fullest.is_empty() {
@@ -286,7 +288,7 @@ impl<const N: usize> Selection<N> {
         }
     }
 
-    /// Rare: the largest count only falls in a full batch.
+    /// Collects the cells with the largest count. Rarely called, because the largest count only falls in a full batch.
     #[cold]
     fn find_fullest(&mut self) {
         for (count, cell) in self.counts.iter().zip(Cell::all()) {
@@ -298,14 +300,14 @@ impl<const N: usize> Selection<N> {
     }
 }
 
-/// Order of members of equal priority.
+/// Returns whether member `a` ranks below member `b` by rays. Decides between equal priorities.
 #[cold]
 fn has_lower_rays<T: Scalar>(a: u16, b: u16, pairs: &[RayPair<T>]) -> bool {
     let [a, b] = [a, b].map(|index| pairs.get(usize::from(index)));
     a.map(ray_bits) < b.map(ray_bits)
 }
 
-/// Order of correspondences of equal priority.
+/// Returns the bits of the rays, which order correspondences of equal priority.
 pub(super) fn ray_bits<T: Scalar>(pair: &RayPair<T>) -> [u64; 4] {
     pair.rays().map(T::bits)
 }

@@ -1,20 +1,22 @@
-//! The motion between both images that most matches share: zero, or a shift, where both sides show the same image.
+//! The displacement between the images that most matches share. If both sides show the same image, it is zero or a
+//! constant shift.
 
 use crate::batch::correspondence::Correspondence;
 use crate::scalar::Scalar;
 use crate::thresholds::ALIKE_PX;
 
-/// Majority vote of Boyer and Moore (1991), in one pass and constant memory. If a share `p` of the matches has a common
-/// motion, the vote keeps it with an excess of at least `2 p - 1` of them.
+/// Majority vote of Boyer and Moore (1991), in one pass and constant memory. If a share `p > 1/2` of the matches has a
+/// common displacement, the vote finds it, with an excess of at least the share `2 p - 1` of all matches.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shift<T> {
-    /// Left pixel less right pixel, px.
+    /// Candidate displacement: left pixel minus right pixel, px.
     at: [T; 2],
-    /// Matches with this motion less others, since this motion became the candidate.
+    /// Number of matches with this displacement minus number of other matches, since this displacement became the
+    /// candidate.
     pub(super) excess: u32,
-    /// Difference of the last match with this motion from it, px.
+    /// Displacement of the last match that agreed, minus the candidate, px.
     last: [T; 2],
-    /// Sum of the scores of these differences from match to match, [`score`], and their number.
+    /// Sum and number of the scores ([`score`]) of the changes of displacement between successive matches that agreed.
     scores: [T; 2],
 }
 
@@ -22,7 +24,7 @@ impl<T: Scalar> Shift<T> {
     pub(super) const NONE: Self =
         Self { at: [T::ZERO; 2], excess: 0, last: [T::ZERO; 2], scores: [T::ZERO; 2] };
 
-    /// Counts a match for the motion or against it.
+    /// Counts a match for or against the candidate displacement.
     pub(super) fn add(&mut self, c: &Correspondence<T>) {
         let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
         let moved = [u_l - u_r, v_l - v_r];
@@ -40,15 +42,15 @@ impl<T: Scalar> Shift<T> {
         }
     }
 
-    /// Sum of the scores of the matches with this motion, and their number.
+    /// Returns the sum and the number of the scores of the matches that agreed.
     pub(super) fn spread(&self) -> [T; 2] {
         self.scores
     }
 }
 
-/// `cos 2a` with the angle `a` between the rows and the change of displacement from the match before: 1 along rows, -1
-/// across them. Noise alone has
-/// the mean 0 and the variance 1/2; depth makes it positive; no match weighs more than 1.
+/// Returns `cos 2a`, where `a` is the angle between the rows and the change of displacement since the previous match: 1
+/// along the rows, -1 across them. Noise alone gives a mean of 0 and a variance of 1/2. Depth makes the mean positive.
+/// No match contributes more than 1 in magnitude.
 fn score<T: Scalar>([along, across]: [T; 2]) -> T {
     let [xx, yy] = [along * along, across * across];
     let all = xx + yy;

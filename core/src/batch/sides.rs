@@ -1,11 +1,12 @@
-//! Points in front of the cameras and behind them. Row offsets do not tell `t` from `-t`; the sides do.
+//! Points in front of the cameras and behind them. Row offsets are equal for `t` and `-t`; only the sides of the points
+//! distinguish the two.
 
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_BEHIND, TRACK_MIN_NEAR};
 
-/// Whether too many fitting points are behind the cameras.
+/// Returns whether too many points that fit are behind the cameras.
 ///
-/// * `[ahead, behind]`: points clearly in front of the cameras, and clearly behind.
+/// * `[ahead, behind]`: numbers of points clearly in front of the cameras and clearly behind them.
 pub(crate) fn is_behind<T: Scalar>([ahead, behind]: [T; 2]) -> bool {
     behind >= T::count(TRACK_MIN_NEAR) && behind > T::lit(MAX_BEHIND) * ahead
 }

@@ -1,6 +1,7 @@
 //! Data association of a batch, one pass at a time (`ESTIMATOR.md`, section 13).
 //!
-//! The batch is tracked from the champion, then from the challenger, then searched from afar, until a gate accepts it.
+//! The batch is first tracked from the champion, then from the challenger, then searched from afar, until a gate or the
+//! check of a search accepts it.
 
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
@@ -18,8 +19,8 @@ use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{CLEARLY_BETTER, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
 
-/// Passes after a search with the baseline turned: a comparison, a track of the challenger with its evaluation, and a search
-/// of as many.
+/// Number of passes reserved after a search with the baseline turned: a comparison with the challenger, a track of the
+/// challenger, a search, and another comparison. Track and search include their evaluations.
 const AFTER_TURNED: u16 = 2 * TRACK_PASSES + 2;
 
 /// Stage of an association.
@@ -27,7 +28,7 @@ const AFTER_TURNED: u16 = 2 * TRACK_PASSES + 2;
 enum Stage {
     /// No batch is being associated.
     Idle,
-    /// Searches with the baseline turned, before the first champion; then the challenger is tracked again.
+    /// Searches with the baseline turned, before the first champion. Afterwards, the challenger is tracked.
     Turned(Turn),
     /// Tracks from the champion.
     Champion,
@@ -35,13 +36,13 @@ enum Stage {
     Challenger,
     /// Searches from afar.
     Search,
-    /// Compares the pose found by a search with the challenger's.
+    /// Compares the pose found by a search with the pose of the challenger.
     Compare,
     /// No stage is left.
     Done(Support),
 }
 
-/// Working memory: solver and evaluation share one place.
+/// Working memory, shared by solver and evaluation.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 enum Work<T: Scalar> {
@@ -60,7 +61,7 @@ pub(super) struct Association<T: Scalar> {
     seen: Seen,
     /// Passes taken, evaluations included.
     passes: u16,
-    /// End of the last solver.
+    /// Reason for the end of the last solver.
     stop: Stop,
 }
 
@@ -82,12 +83,12 @@ impl<T: Scalar> Association<T> {
         stop: Stop::PassesSpent,
     };
 
-    /// Whether stages are left.
+    /// Returns whether stages are left.
     pub(super) fn is_open(&self) -> bool {
         !matches!(self.stage, Stage::Idle | Stage::Done(_))
     }
 
-    /// Whether the last batch showed the scene of the pair that was fused before it.
+    /// Returns whether the last batch repeated the scene of the pair fused before it.
     pub(super) fn is_repeated(&self) -> bool {
         self.seen.is_repeated()
     }
@@ -99,8 +100,8 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `seen`: relation of the batch to the scene of the last fused pair; `turn`: turn of the baseline to try first
-    ///   if the challenger leaves it open.
+    /// * `seen`: relation of the batch to the scene of the last fused pair; `turn`: turn of the baseline to try first,
+    ///   unless most matches fit the challenger.
     #[inline(never)]
     pub(super) fn open(
         &mut self,
@@ -119,7 +120,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Enters a stage; if its hypothesis does not exist, the next stage.
+    /// Enters a stage, or a later stage if its hypothesis does not exist.
     #[inline(never)]
     fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>) {
         if let Stage::Turned(turn) = stage {
@@ -143,7 +144,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Starts a track from a hypothesis; returns false if its covariance has no inverse.
+    /// Starts a track from a hypothesis. Returns false if the covariance of the start has no inverse.
     #[inline(never)]
     fn track(&mut self, hypothesis: &Hypothesis<T>, with: &AssociationContext<'_, T>) -> bool {
         let Context { config, focal, .. } = *with.context;
@@ -160,7 +161,7 @@ impl<T: Scalar> Association<T> {
 
     /// Starts a search.
     ///
-    /// * `after`: number of passes after it.
+    /// * `after`: number of passes reserved after the search.
     #[inline(never)]
     fn search(
         &mut self,
@@ -205,12 +206,12 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Takes one more pass with the baseline turned. If the turned pose fits no better, the challenger is tracked
-    /// again.
+    /// Takes one more pass with the baseline turned. If the turned pose does not fit better, the challenger is tracked.
     ///
     /// # Errors
-    /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits clearly better than the
-    /// challenger, or there is no challenger. [`Rejection::NoConsensus`]: it does not fit, and there is no challenger.
+    /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits, and fits clearly better than the
+    /// challenger if there is one. Otherwise, without a challenger, the error of the search, for instance
+    /// [`Rejection::NoConsensus`].
     #[inline(never)]
     fn try_turned(
         &mut self,
@@ -233,7 +234,7 @@ impl<T: Scalar> Association<T> {
         fits
     }
 
-    /// Checks that the evaluated pose is an optimum, with most points clearly in front of the cameras.
+    /// Checks that the evaluated pose is an optimum with most points clearly in front of the cameras.
     ///
     /// # Errors
     /// As [`AssociationContext::check`].
@@ -244,7 +245,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Evaluates the pose of the solver, in the solver's place.
+    /// Evaluates the pose of the solver. The result replaces the solver in memory.
     ///
     /// # Errors
     /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
@@ -262,16 +263,17 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Empties the evaluation. Out of line: keeps the new value out of the caller's stack frame.
+    /// Replaces the working memory by an empty evaluation. Out of line, to keep the new value off the caller's stack.
     #[inline(never)]
     fn clear_evaluation(&mut self) {
         self.work = Work::Evaluated(EvaluatedPose::NONE);
     }
 
-    /// Stage after an evaluation: gates of champion and challenger, or the check of a found pose.
+    /// Returns the stage after an evaluation, according to the gates of champion and challenger, or to the check of a
+    /// found pose.
     ///
     /// # Errors
-    /// [`Rejection::Behind`], [`Rejection::NoConsensus`], [`Rejection::Unobservable`].
+    /// As [`AssociationContext::check`].
     #[inline(never)]
     fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, Rejection> {
         let AssociationContext { context, hypotheses } = *with;
@@ -302,17 +304,17 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Whether the association ended with a turned baseline.
+    /// Returns whether the association is in the stage with a turned baseline.
     pub(super) fn is_turned(&self) -> bool {
         matches!(self.stage, Stage::Turned(_))
     }
 
-    /// Hypotheses whose gates rejected the batch so far.
+    /// Returns the hypotheses whose gates have rejected the batch so far.
     pub(super) fn rejected(&self) -> Rejected {
         self.rejected
     }
 
-    /// The result, once no stage is left.
+    /// Returns the result; `None` while stages are left.
     pub(super) fn result(&self) -> Option<AssociationResult<'_, T>> {
         let (Stage::Done(support), Work::Evaluated(evaluated)) = (self.stage, &self.work) else {
             return None;
@@ -329,9 +331,9 @@ impl<T: Scalar> Association<T> {
 }
 
 impl<T: Scalar> AssociationContext<'_, T> {
-    /// A search within the passes left.
+    /// Returns a search within the passes left.
     ///
-    /// * `used`: passes taken, plus passes needed after the search.
+    /// * `used`: passes taken plus passes reserved after the search.
     fn search(&self, start: RectifyingRotations<T>, used: u16) -> PairSolver<T> {
         let Context { config, focal, .. } = *self.context;
         // A search needs at least the passes of a track.
@@ -358,7 +360,8 @@ impl<T: Scalar> AssociationContext<'_, T> {
         }
     }
 
-    /// Whether a pose fits better than the challenger's, by [`CLEARLY_BETTER`] of the mean truncated cost.
+    /// Returns whether the mean truncated cost of a pose is lower than that of the challenger by more than
+    /// [`CLEARLY_BETTER`]; true without a challenger.
     fn is_better(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> bool {
         self.hypotheses.challenger().is_none_or(|challenger| {
             let [new, old] = [pose, challenger.pose()].map(|pose| self.cost(pose, pairs));
@@ -366,13 +369,14 @@ impl<T: Scalar> AssociationContext<'_, T> {
         })
     }
 
-    /// Whether another pose may fit clearly better than the challenger's, because most matches do not fit it.
+    /// Returns whether another pose may fit clearly better than the challenger, because many matches do not fit the
+    /// challenger; true without a challenger.
     fn leaves_open(&self, pairs: &[RayPair<T>]) -> bool {
         let challenger = self.hypotheses.challenger();
         challenger.is_none_or(|challenger| self.cost(challenger.pose(), pairs) > T::lit(OPEN_COST))
     }
 
-    /// Mean truncated cost of a pose, 0 to 1.
+    /// Returns the mean truncated cost of a pose, 0 to 1.
     #[inline(never)]
     fn cost(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> T {
         let limit = T::lit(TRUNCATED_PX) / self.context.focal;

@@ -14,7 +14,8 @@ pub(super) enum Support {
     Challenger,
     /// A new hypothesis.
     New,
-    /// No hypothesis: the pair disagrees with the challenger, and its own pose fits no better.
+    /// No hypothesis. The gates of champion and challenger reject the pair, or a search has found no clearly better
+    /// pose than the challenger's.
     None,
 }
 
@@ -39,7 +40,8 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
 }
 
 impl<T: Scalar> AssociationResult<'_, T> {
-    /// Report of the pair alone: optimum of its moments with the prior; `None` without an optimum.
+    /// Returns the report of the pair alone, at the optimum of its moments with the prior; `None` if there is no
+    /// optimum.
     #[inline(never)]
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;

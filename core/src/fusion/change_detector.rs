@@ -1,6 +1,6 @@
 //! Change detection: changes of the rig below the noise of a single pair (`ESTIMATOR.md`, section 14).
 //!
-//! Score tests over two exponential windows.
+//! The detector applies score tests to two exponential windows.
 
 use nalgebra::Vector5;
 
@@ -18,13 +18,13 @@ use crate::thresholds::{LONG_DECAY, MAX_NIS, SHORT_DECAY, SHORT_PAIRS, WARM_UP_P
 pub(super) struct ChangeDetector<T: Scalar> {
     /// Short window, in the frame of the hypothesis.
     short: Moments<T>,
-    /// Variance of the short window's gradient: weights enter squared.
+    /// Covariance of the gradient of the short window, 1/rad^2; the decay factors enter squared.
     short_variance: Information<T>,
     /// Long window, about the pose of the hypothesis.
     long: NormalEquations<T>,
-    /// Variance of the long window's gradient.
+    /// Covariance of the gradient of the long window, 1/rad^2.
     long_variance: Information<T>,
-    /// Pairs since the start or the last renewal.
+    /// Number of pairs in the windows since their last restart.
     pairs: u32,
     /// Whether the last renewal left pairs from before the change in the sums.
     is_mixed: bool,
@@ -37,7 +37,7 @@ pub(super) enum Finding {
     Same,
     /// The rig has changed.
     Changed,
-    /// The short window holds only pairs after a change; the sums hold earlier ones too.
+    /// The short window holds only pairs after a change, but the sums still hold earlier pairs.
     Settled,
 }
 
@@ -51,13 +51,13 @@ impl<T: Scalar> ChangeDetector<T> {
         is_mixed: false,
     };
 
-    /// Restarts the windows in place. Sums that hold pairs from before a change still do.
+    /// Restarts the windows in place. The mark that the sums hold pairs from before a change is kept.
     #[inline(never)]
     pub(super) fn restart(&mut self) {
         *self = Self { is_mixed: self.is_mixed, ..Self::NEW };
     }
 
-    /// Adds a pair that the hypothesis already includes; returns what the windows show.
+    /// Adds a pair that the hypothesis already includes. Returns the finding of the windows.
     ///
     /// * `pair`: moments of the pair, in the frame of the hypothesis; `moved`: step of the hypothesis, rad.
     #[inline(never)]
@@ -97,10 +97,10 @@ impl<T: Scalar> ChangeDetector<T> {
         }
     }
 
-    /// Replaces the older pairs of the hypothesis by the short window. False, without effect, if the short window leads
-    /// to no admissible rig.
+    /// Replaces the sums of the hypothesis by the short window. Returns false, and changes nothing, if the short window
+    /// has no admissible optimum.
     ///
-    /// * `is_mixed`: whether the short window holds pairs from before the change. A later renewal then drops them.
+    /// * `is_mixed`: whether the short window may hold pairs from before the change, which a later renewal then drops.
     #[inline(never)]
     pub(super) fn renew(
         &mut self,
@@ -115,7 +115,7 @@ impl<T: Scalar> ChangeDetector<T> {
         renewed
     }
 
-    /// Whether a window exceeds its limit.
+    /// Returns whether the statistic of a window exceeds its limit.
     fn has_changed(&self, hypothesis: &Hypothesis<T>, context: &Context<'_, T>) -> bool {
         let limit = T::lit(MAX_NIS) * hypothesis.reduced_chi_square();
         // Score test: squared gradient at the pose over its variance under the hypothesis.
@@ -129,7 +129,7 @@ impl<T: Scalar> ChangeDetector<T> {
         rejects(&short, &self.short_variance) || rejects(&self.long, &self.long_variance)
     }
 
-    /// Pairs since the start or the last detection.
+    /// Returns the number of pairs in the windows since their last restart.
     #[cfg(test)]
     pub(super) fn pairs(&self) -> u32 {
         self.pairs

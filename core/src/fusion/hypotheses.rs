@@ -1,4 +1,4 @@
-//! Champion and challenger: start, support, promotion and end of hypotheses (`ESTIMATOR.md`, section 13).
+//! Champion and challenger: how hypotheses start, gain support, are promoted and end (`ESTIMATOR.md`, section 13).
 
 use super::Kept;
 use super::association_result::{AssociationResult, Rejected, Support};
@@ -27,7 +27,7 @@ impl<T: Scalar> Champion<T> {
     /// Empty until the first hypothesis is promoted.
     const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, detector: ChangeDetector::NEW };
 
-    /// Adds a pair; returns what the windows show.
+    /// Adds a pair. Returns the finding of the change detector.
     ///
     /// # Errors
     /// [`Rejection`]; the champion is unchanged.
@@ -43,7 +43,7 @@ impl<T: Scalar> Champion<T> {
         let moved = self.hypothesis.apply(measurement, &mut update, context);
         let Self { hypothesis, detector } = self;
         if hypothesis.vibration_known() != was_known {
-            // The windows weigh earlier pairs without the vibration, or settle them differently.
+            // The windows hold earlier pairs that were weighted or settled differently.
             detector.restart();
         }
         Ok(detector.add(hypothesis, &update.pair, measurement, &moved, context))
@@ -62,7 +62,8 @@ impl<T: Scalar> Champion<T> {
         let finding = self.add(measurement, context)?;
         let Self { hypothesis, detector } = self;
         let is_change = finding == Finding::Changed;
-        // When the pairs after a change have settled, lens and mount have learnt from the sums before it.
+        // Only at the change itself: when the later pairs have settled, lens and mount have already learnt from the
+        // sums before the change.
         let learned = is_change.then(|| kept.learned(hypothesis, context));
         let is_renewed = finding != Finding::Same && detector.renew(hypothesis, is_change, context);
         let Some(learned) = learned.filter(|_| is_renewed) else { return Ok(Fused::Added) };
@@ -75,16 +76,16 @@ impl<T: Scalar> Champion<T> {
 #[derive(Debug, Clone)]
 struct Challenger<T: Scalar> {
     hypothesis: Hypothesis<T>,
-    /// Pairs that agree with it.
+    /// Number of pairs that agree with the challenger.
     agreed: u16,
-    /// Pairs that contradict it.
+    /// Number of pairs that contradict the challenger.
     failed: u16,
 }
 
 impl<T: Scalar> Challenger<T> {
     const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, agreed: 0, failed: 0 };
 
-    /// Adds a pair that agrees; a repeated scene adds nothing to the sums.
+    /// Adds a pair that agrees. A repeated scene is not added to the sums.
     ///
     /// # Errors
     /// [`Rejection`]; the challenger is unchanged.
@@ -100,7 +101,7 @@ impl<T: Scalar> Challenger<T> {
             self.hypothesis.next_update(measurement, context, &mut update)?;
             self.hypothesis.apply(measurement, &mut update, context);
         }
-        // A copy of a pair always agrees with it, so it does not count.
+        // A copied pair always agrees with its original, so it does not count.
         self.agreed = self.agreed.saturating_add(u16::from(seen != Seen::Copied));
         Ok(())
     }
@@ -111,24 +112,25 @@ impl<T: Scalar> Challenger<T> {
 pub(super) struct Hypotheses<T: Scalar> {
     champion: Option<Champion<T>>,
     challenger: Option<Challenger<T>>,
-    /// Successive pairs that disagree with the champion.
+    /// Number of successive pairs that disagree with the champion.
     rejected: u16,
-    /// Pairs begun before the first champion.
+    /// Number of pairs begun before the first champion.
     begun: u16,
 }
 
 impl<T: Scalar> Hypotheses<T> {
     pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0, begun: 0 };
 
-    /// Drops both hypotheses. Field by field: [`Hypotheses::NONE`] would copy 2.7 kB.
+    /// Drops both hypotheses. Works field by field, because [`Hypotheses::NONE`] would copy 2.7 kB.
     pub(super) fn clear(&mut self) {
         (self.champion, self.challenger) = (None, None);
         (self.rejected, self.begun) = (0, 0);
     }
 
-    /// Turn of the baseline that the next pair tries first, before the first champion. With a challenger it tries a
-    /// quarter both ways before the promotion. If pairs agree on nothing, every second pair tries the next turn. A half
-    /// turn is not an optimum: its points lie behind the cameras.
+    /// Returns the turn of the baseline that the next pair tries first; `None` once there is a champion. If one pair
+    /// agrees with a challenger, the next pair tries a quarter turn; if two pairs agree, the next pair tries a quarter
+    /// turn in the other direction. Without a challenger, every second pair tries the next turn after the first few
+    /// pairs. A challenger needs no test of a half turn, because a search refuses poses with points behind the cameras.
     pub(super) fn next_turn(&mut self) -> Option<Turn> {
         if self.champion.is_some() {
             return None;
@@ -147,7 +149,8 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Resets the count, because a solved pair was not fused: the pairs of such a caller show no agreement.
+    /// Resets the count of pairs begun, because a solved pair was not fused. If a caller does not fuse its pairs, the
+    /// lack of a challenger does not mean that pairs disagree.
     pub(super) fn forget_begun(&mut self) {
         self.begun = 0;
     }
@@ -157,7 +160,7 @@ impl<T: Scalar> Hypotheses<T> {
         self.challenger = None;
     }
 
-    /// State of the estimate, by the last pairs.
+    /// Returns the state of the estimate, according to the last pairs.
     pub(super) fn state(&self) -> State {
         match (&self.champion, &self.challenger) {
             (None, _) => State::Acquiring,
@@ -167,7 +170,7 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// The reported hypothesis: the champion, or the challenger before the first champion.
+    /// Returns the reported hypothesis: the champion, or the challenger before the first champion.
     pub(super) fn reported(&self) -> Option<&Hypothesis<T>> {
         self.champion().or_else(|| self.challenger())
     }
@@ -180,13 +183,14 @@ impl<T: Scalar> Hypotheses<T> {
         self.challenger.as_ref().map(|challenger| &challenger.hypothesis)
     }
 
-    /// Start of a search: the champion. `None`: the factory extrinsics, also at every second pair of a lost rig.
+    /// Returns the pose of the champion as the start of a search. `None` if the search starts at the factory
+    /// extrinsics: without a champion, and at every second pair of a lost rig.
     pub(super) fn search_start(&self) -> Option<RectifyingRotations<T>> {
         let afresh = self.rejected >= LOST_AFTER && self.rejected.is_multiple_of(2);
         self.champion().filter(|_| !afresh).map(|champion| *champion.pose())
     }
 
-    /// Whether a pair is inside the champion's gate.
+    /// Returns whether a pair is inside the champion's gate.
     pub(super) fn gate_of_champion(
         &self,
         evaluated: &EvaluatedPose<T>,
@@ -197,13 +201,13 @@ impl<T: Scalar> Hypotheses<T> {
         })
     }
 
-    /// Whether a pair is inside the challenger's gate.
+    /// Returns whether a pair is inside the challenger's gate.
     pub(super) fn gate_of_challenger(
         &self,
         evaluated: &EvaluatedPose<T>,
         context: &Context<'_, T>,
     ) -> bool {
-        // Without a champion the challenger is young, and may be a few deviations off.
+        // Without a champion, the challenger is based on few pairs and may be a few standard deviations off.
         let slack = if self.champion.is_none() { T::lit(YOUNG_SLACK) } else { T::ONE };
         self.challenger().filter(|_| evaluated.has_clear_peak()).is_some_and(|challenger| {
             challenger.gate(evaluated, challenger.inlier_share, slack, context)
@@ -222,7 +226,8 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Counts a pair against the challenger, and drops it after [`MAX_FAILED`] such pairs, if they exceed `tolerated`.
+    /// Counts a pair against the challenger. Drops the challenger after [`MAX_FAILED`] such pairs, if their number
+    /// exceeds `tolerated`.
     fn contradict_challenger(&mut self, tolerated: u16) {
         if let Some(challenger) = &mut self.challenger {
             challenger.failed = challenger.failed.saturating_add(1);
@@ -234,11 +239,11 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Fuses an associated pair.
     ///
-    /// * `kept`: keeps the knowledge of lens and mount from dropped sums.
+    /// * `kept`: stores the knowledge of lens and mount from sums that are dropped.
     ///
     /// # Errors
-    /// [`Rejection`]; the champion is unchanged. The pair counts against the hypothesis that it supports, and against
-    /// those that rejected it; a challenger may be dropped.
+    /// [`Rejection`]; the champion's sums are unchanged. The pair counts against the hypothesis that it supports and
+    /// against the hypotheses that rejected it, so a challenger may be dropped.
     pub(super) fn fuse(
         &mut self,
         result: &AssociationResult<'_, T>,
@@ -311,13 +316,13 @@ impl<T: Scalar> Hypotheses<T> {
         Ok(())
     }
 
-    /// Empties the challenger. Out of line: keeps the new value out of the caller's stack frame.
+    /// Replaces the challenger by an empty one. Out of line, to keep the new value off the caller's stack.
     #[inline(never)]
     fn clear_challenger(&mut self) {
         self.challenger = Some(Challenger::EMPTY);
     }
 
-    /// Creates an empty champion if it is missing. Out of line, as [`Hypotheses::clear_challenger`].
+    /// Creates an empty champion if no champion exists. Out of line, like [`Hypotheses::clear_challenger`].
     #[inline(never)]
     fn make_champion(&mut self) {
         if self.champion.is_none() {
@@ -325,7 +330,7 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Promotes the challenger once enough pairs support it.
+    /// Promotes the challenger to champion once enough pairs support it.
     #[inline(never)]
     fn promote(&mut self, mut kept: Kept<'_, T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();
@@ -353,9 +358,9 @@ impl<T: Scalar> Hypotheses<T> {
         if had_champion { Fused::TookOver } else { Fused::Added }
     }
 
-    /// Ends a challenger of the same rig whose pairs the champion rejects only for their share of inliers, and makes
-    /// that share the usual one. Such a challenger never departs, so the champion, which learns only from accepted
-    /// pairs, would be lost.
+    /// Drops a challenger of the same rig if the champion rejects its pairs only for their low inlier share. That share
+    /// becomes the usual share of the champion. Otherwise the champion would be lost, because such a challenger is
+    /// never promoted, and the champion learns only from accepted pairs.
     #[inline(never)]
     fn learn_share(&mut self, evaluated: &EvaluatedPose<T>, context: &Context<'_, T>) {
         let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) else {
@@ -373,7 +378,7 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Starts a champion with a prior, if there is no champion. It is suspect until a pair supports it.
+    /// Starts a champion from a prior. The estimate is suspect until a pair supports it.
     #[inline(never)]
     pub(super) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
         self.make_champion();

@@ -1,6 +1,6 @@
 //! A hypothesis about the extrinsics: moments of the supporting pairs, and their optimum (`ESTIMATOR.md`, section 12).
 //!
-//! An update is computed first and applied later: a refused pair leaves the hypothesis unchanged.
+//! An update is first computed and then applied, so a refused pair leaves the hypothesis unchanged.
 
 mod conditional;
 mod covariance;
@@ -35,16 +35,17 @@ use crate::thresholds::{
 pub(crate) struct Hypothesis<T: Scalar> {
     /// Optimum of all sums and the prior.
     pose: RectifyingRotations<T>,
-    /// Frame of the sums: the pose at their start.
+    /// Pose whose rectified frame is the frame of the sums: the pose at their start.
     frame: RectifyingRotations<T>,
-    /// Moments of all pairs; for a vibrating rig as if it had rested at the frame.
+    /// Moments of all pairs. If rotations of the cameras explain the vibration, each pair is added as if the rig rested
+    /// at `frame`.
     sums: Moments<T>,
-    /// Equations of the last pair about the pose; zero without such a pair.
+    /// Equations of the last pair about the pose; zero in a restored hypothesis before its first pair.
     last: NormalEquations<T>,
     halves: ImageHalves<T>,
-    /// Equations of the same pairs for the mean of a vibrating rig.
+    /// Equations of the same pairs for the mean pose of a vibrating rig.
     marginal: MarginalSums<T>,
-    /// Information of all sums at the pose, without the prior, 1/rad^2.
+    /// Information of all pairs at the pose, without the prior, 1/rad^2.
     information: Information<T>,
     /// Running mean of the noise of a coordinate, px.
     noise: T,
@@ -52,24 +53,24 @@ pub(crate) struct Hypothesis<T: Scalar> {
     pub(super) inlier_share: T,
     /// Running mean of [`PairMeasurement::crowd`].
     crowd: T,
-    /// Fading sums of [`PairMeasurement::high_leverage`].
+    /// Exponentially fading sums of [`PairMeasurement::high_leverage`].
     high_leverage: [T; 2],
-    /// Running mean of the chi-square of successive pairs per degree of freedom.
+    /// Running mean of the chi-square between successive pairs per degree of freedom.
     reduced_chi_square: T,
-    /// Decaying sum of the steps of detected changes, rad; it widens the covariance in case a drift continues.
+    /// Decaying sum of the steps at detected changes, rad. It widens the covariance in case a drift continues.
     drift: Vector5<T>,
-    /// Pairs in the sums.
+    /// Number of pairs in the sums.
     pairs: u32,
 }
 
 /// Sums and optimum with one more pair.
 #[derive(Debug)]
 pub(super) struct Update<T: Scalar> {
-    /// Moments of the pair, in the frame of the hypothesis.
+    /// Moments of the pair, in the frame of the sums.
     pub(super) pair: Moments<T>,
     /// Optimum of the sums with the pair.
     optimum: Optimum<T>,
-    /// Sums with the pair about the pose before it.
+    /// Marginal sums including the pair, about the pose before the pair.
     marginal: MarginalSums<T>,
 }
 
@@ -79,7 +80,7 @@ impl<T: Scalar> Update<T> {
 }
 
 impl<T: Scalar> Hypothesis<T> {
-    /// No pairs, all zeros: [`Hypothesis::begin`] or a prior sets the fields that are not 0 in other hypotheses.
+    /// A hypothesis without pairs, all zeros. [`Hypothesis::begin`] or a prior sets the fields that must not be 0.
     pub(super) const EMPTY: Self = Self {
         pose: RectifyingRotations::UNSET,
         frame: RectifyingRotations::UNSET,
@@ -97,7 +98,7 @@ impl<T: Scalar> Hypothesis<T> {
         pairs: 0,
     };
 
-    /// Computes the update of an empty hypothesis by a first pair.
+    /// Computes the update of an empty hypothesis from a first pair.
     ///
     /// # Errors
     /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
@@ -134,7 +135,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.halves.add(measurement, &to_pose, context);
     }
 
-    /// Computes the update by one more pair.
+    /// Computes the update from one more pair.
     ///
     /// # Errors
     /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
@@ -159,9 +160,9 @@ impl<T: Scalar> Hypothesis<T> {
         optimum.descend(&sums, &self.frame, context)
     }
 
-    /// Applies an update, and returns the step of the pose, rad.
+    /// Applies an update. Returns the step of the pose, rad.
     ///
-    /// * `update`: its moments follow if the frame of the sums changes.
+    /// * `update`: its moments are transformed if the frame of the sums changes.
     #[inline(never)]
     pub(super) fn apply(
         &mut self,
@@ -202,17 +203,18 @@ impl<T: Scalar> Hypothesis<T> {
         moved
     }
 
-    /// Changes the frame of the sums to the pose: sums far from their frame lose digits in `f32`.
+    /// Changes the frame of the sums to the pose, because sums lose digits in `f32` if the pose is far from their
+    /// frame.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        // For a rig at rest the sums are valid at any frame.
+        // If pairs are settled as at rest, the sums describe a rig at rest at any frame.
         if !self.settles_at_rest() {
             self.sums.change_frame(&self.frame, &self.pose);
         }
         self.frame = self.pose;
     }
 
-    /// Replaces the sums. False, without effect, if they lead to no admissible rig.
+    /// Replaces the sums. Returns false, and changes nothing, if the new sums have no admissible optimum.
     #[inline(never)]
     pub(super) fn replace(
         &mut self,
@@ -236,64 +238,66 @@ impl<T: Scalar> Hypothesis<T> {
         true
     }
 
-    /// Information of the sums at the pose, without the prior.
+    /// Returns the information of all pairs at the pose, without the prior, 1/rad^2.
     pub(super) fn information(&self) -> &Information<T> {
         &self.information
     }
 
-    /// The estimate.
+    /// Returns the estimate.
     pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
         &self.pose
     }
 
-    /// Turn about the factory extrinsics that rows show, about y, rad.
+    /// Returns the rotation about y from the factory extrinsics to the estimate, as the rows show it, rad.
     pub(super) fn yaw(&self, context: &Context<'_, T>) -> T {
         context.factory_pose.unknowns_to(&self.pose).y
     }
 
-    /// The same turn, and its variance with the lens as given, rad^2.
+    /// Returns the rotation of [`Self::yaw`], and its variance if the given lens is exact, rad^2.
     #[inline(never)]
     pub(super) fn rows_yaw(&self, context: &Context<'_, T>) -> Option<RowsYaw<T>> {
         let [_, variance, ..] = self.reported_covariance(context)?.diagonal();
         Some(RowsYaw { turn: self.yaw(context), variance })
     }
 
-    /// Normal equations at the pose, from sums in the frame of the hypothesis.
+    /// Returns the normal equations at the pose, from sums in the frame of the hypothesis.
     pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
         sums.at_pose(&self.frame, &self.pose)
     }
 
-    /// Pairs in the sums.
+    /// Returns the number of pairs in the sums.
     pub(crate) fn pairs(&self) -> u32 {
         self.pairs
     }
 
-    /// Reduced chi-square of the pairs, at least 1.
+    /// Returns the reduced chi-square of the pairs, at least 1.
     pub(super) fn reduced_chi_square(&self) -> T {
         self.reduced_chi_square.max(T::ONE)
     }
 
-    /// Noise of a coordinate, px.
+    /// Returns the noise of a coordinate, px.
     pub(super) fn noise(&self) -> T {
         self.noise
     }
 
-    /// Share of a second crowd of matches over that of the inliers.
+    /// Returns the share of a second crowd of matches over the share of the inliers.
     pub(super) fn second_crowd(&self) -> T {
         self.crowd.abs() / self.inlier_share.max(T::EPSILON)
     }
 
-    /// Disagreement of the image halves, in standard deviations per degree of freedom.
+    /// Returns the disagreement of the image halves, as the root of the chi-square per degree of freedom.
     pub(crate) fn disagreement(&self) -> T {
         self.halves.disagreement()
     }
 
-    /// Whether the RMS row offset of other extrinsics over the sums is worse by the factor of [`IMPROVEMENT`].
+    /// Returns whether the RMS row offset of the estimate over the sums is below [`IMPROVEMENT`] times that of other
+    /// extrinsics.
     pub(super) fn fits_clearly_better_than(&self, other: &Extrinsics<T>) -> bool {
         self.fits_clearly_better_at(&self.pose, &RectifyingRotations::from(other))
     }
 
-    /// Whether the RMS row offset over the sums is better at one pose than at another by the factor of [`IMPROVEMENT`].
+    /// Returns whether the RMS row offset over the sums at one pose is below [`IMPROVEMENT`] times that at another
+    /// pose.
     #[inline(never)]
     fn fits_clearly_better_at(
         &self,
@@ -307,7 +311,8 @@ impl<T: Scalar> Hypothesis<T> {
         one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
     }
 
-    /// Start of a track: the estimate, and the freedom of a pair about it.
+    /// Returns the start of a track: the estimate, with a covariance that allows a pair some freedom about it. `None`
+    /// without a covariance.
     pub(super) fn track_start(&self, context: &Context<'_, T>) -> Option<TrackStart<T>> {
         let sees_crowd = self.crowd.abs() >= T::lit(CROWD_SHARE);
         let mut covariance = self.covariance(context)?;
@@ -318,8 +323,8 @@ impl<T: Scalar> Hypothesis<T> {
         Some(TrackStart { pose, covariance, noise, trusts_leverage, sees_crowd })
     }
 
-    /// Updates the reduced chi-square by the distance of a pair from the last one. The estimate, which may be wrong,
-    /// does not enter.
+    /// Updates the reduced chi-square by the distance between a pair and the previous pair. The estimate, which may be
+    /// wrong, has no influence.
     #[inline(never)]
     fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
         // A restored hypothesis has no last pair.
@@ -337,8 +342,9 @@ impl<T: Scalar> Hypothesis<T> {
     }
 }
 
-/// A drift limited to the deviation that locks: with a wider covariance, tracks lose pairs among outliers.
-// A drift above the limit by rounding is kept, so a limited drift is unchanged after a restart.
+/// Limits a drift to the largest standard deviation that locks, because with a wider covariance tracks lose pairs among
+/// outliers.
+// A drift that exceeds the limit only by rounding is kept, so that a limited drift does not change after a restart.
 fn limited<T: Scalar>(drift: &Vector5<T>) -> Vector5<T> {
     let over = drift.amax() / T::lit(MAX_LOCKED_SD_RAD);
     if over > T::lit(1.0 + 1e-5) { drift.unscale(over) } else { *drift }

@@ -1,5 +1,5 @@
-//! Estimates of the image halves, compared (`ESTIMATOR.md`, section 15): matches with a common bias in one region move
-//! the estimate and leave small residuals.
+//! Comparison of the estimates from image halves (`ESTIMATOR.md`, section 15). Matches with a common bias in one region
+//! move the estimate, but leave only small residuals.
 
 use nalgebra::Vector5;
 
@@ -14,11 +14,11 @@ use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREE
 /// Normal equations of image halves, about the pose of the hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ImageHalves<T> {
-    /// Whole image, left half, upper half.
+    /// Equations of the whole image, the left half and the upper half.
     parts: [BiasedEquations<T>; 3],
-    /// Pairs in the sums.
+    /// Number of pairs in the sums.
     pairs: u32,
-    /// `sqrt(chi^2 / 5)` between the estimates of two halves, the larger value of both splits.
+    /// `sqrt(chi^2 / 5)` between the estimates of two halves; the larger value of the two splits.
     disagreement: T,
 }
 
@@ -26,9 +26,10 @@ impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
         Self { parts: [BiasedEquations::ZERO; 3], pairs: 0, disagreement: T::ZERO };
 
-    /// Shifts the sums after a step of the pose. A long step drops them, because they are models of first order.
+    /// Shifts and fades the sums after a step of the pose. A long step drops the sums, because they are models of first
+    /// order.
     ///
-    /// * `moved`: the step, rad; `sd`: deviations of the estimate.
+    /// * `moved`: step of the pose, rad; `sd`: standard deviations of the estimate, rad.
     pub(super) fn follow(
         &mut self,
         moved: &Vector5<T>,
@@ -46,7 +47,8 @@ impl<T: Scalar> ImageHalves<T> {
         self.parts.iter_mut().for_each(|part| *part = part.about(moved).scaled(fading));
     }
 
-    /// Fades sums in which each pair is about its own optimum: vibration moves both halves of a pair alike.
+    /// Fades the sums of a vibrating rig. They need no shift, because each pair is added about its own optimum:
+    /// vibration moves both halves of a pair alike.
     pub(super) fn fade(&mut self, context: &Context<'_, T>) {
         let fading = context.fading(self.pairs);
         self.parts.iter_mut().for_each(|part| *part = part.scaled(fading));
@@ -67,7 +69,8 @@ impl<T: Scalar> ImageHalves<T> {
         let pitch = |h: &Information<T>| h.0.diagonal()[0];
         let weight = pitch(&whole.normal.information).max(T::EPSILON);
         for (sum, half) in [left, upper].into_iter().zip(&measurement.halves) {
-            // The noise is divided by weight, which the information on pitch measures.
+            // The noise is divided between the halves in proportion to their weights. The information on pitch measures
+            // the weight.
             let share = pitch(&half.information) / weight;
             let noise = BaselineNoise(whole.noise.0.map(|n| n * share));
             sum.add(&BiasedEquations { normal: *half, noise }.about(to_pose));
@@ -76,23 +79,23 @@ impl<T: Scalar> ImageHalves<T> {
         (self.disagreement, _) = self.compare(context);
     }
 
-    /// Disagreement, in standard deviations per degree of freedom.
+    /// Returns the disagreement, as the root of the chi-square per degree of freedom.
     pub(super) fn disagreement(&self) -> T {
         self.disagreement
     }
 
-    /// Whether the halves disagree by no more than chance.
+    /// Returns whether the halves disagree by no more than chance.
     pub(super) fn agree(&self) -> bool {
         self.disagreement <= T::lit(HEALTHY_DISAGREEMENT)
     }
 
-    /// Factor of the covariance that covers the disagreement in every direction, at least 1.
+    /// Returns the factor by which the covariance must grow to cover the disagreement in every direction, at least 1.
     pub(super) fn widening(&self) -> T {
         if self.agree() { T::ONE } else { self.disagreement * self.disagreement }
     }
 
-    /// Widens a covariance, rad^2, if the halves disagree, along the moves of the estimate that they cause. The other
-    /// directions are as well known as before.
+    /// Widens a covariance, rad^2, if the halves disagree. It is widened only along the shifts of the estimate that the
+    /// halves cause; the other directions are as well known as before.
     pub(super) fn widen(&self, covariance: &mut Symmetric5<T>, context: &Context<'_, T>) {
         if !self.agree() {
             let (_, biases) = self.compare(context);
@@ -102,20 +105,21 @@ impl<T: Scalar> ImageHalves<T> {
         }
     }
 
-    /// Larger disagreement of left and right half, and of upper and lower half; and the move of the estimate that each
-    /// causes.
+    /// Returns the larger of two disagreements, left against right half and upper against lower half, and the shifts of
+    /// the estimate that they cause, rad.
     ///
-    /// At the joint optimum one half has the gradient `g`, the other `-g`. Gradients that differ by chance move the
-    /// estimate along `Q g`, by as many deviations as the halves are apart. A bias that the joint estimate absorbs is
-    /// one of the lens, which the covariance with the lens uncertain includes. With exact lenses either half may be
-    /// right: then the move is the distance of that half from the estimate.
+    /// At the joint optimum one half has the gradient `g`, the other half `-g`. A random difference of this kind shifts
+    /// the estimate along `Q g`; the shift has as many standard deviations as the distance between the halves. With an
+    /// uncertain lens this shift is sufficient, because a bias that the joint estimate absorbs is a lens error, which
+    /// the covariance with an uncertain lens includes. With exact lenses either half may be right, so the shifts are
+    /// the distances of both halves from the estimate, scaled to give the mean of the squares.
     #[inline(never)]
     fn compare(&self, context: &Context<'_, T>) -> (T, [Vector5<T>; 4]) {
         let [all, left, upper] = &self.parts;
         let (mut largest, mut biases) = (T::ZERO, [Vector5::zeros(); 4]);
         let joint = all.debiased().with_prior(context.prior);
         let Some(factor) = joint.information.0.factor(T::ZERO) else { return (largest, biases) };
-        // About the joint optimum, where the prior does not pull the halves apart.
+        // The halves are compared about the joint optimum, where the prior does not pull them apart.
         let x = -factor.solve(&joint.gradient);
         for (biases, half) in biases.as_chunks_mut::<2>().0.iter_mut().zip([left, upper]) {
             let about =
@@ -137,7 +141,7 @@ impl<T: Scalar> ImageHalves<T> {
         ((largest / T::lit(5.0)).sqrt().min(T::lit(MAX_TOLD_DISAGREEMENT)), biases)
     }
 
-    /// Information about the turn of `R` about x in each sum.
+    /// Returns the information on the rotation of `R` about x in each sum, 1/rad^2.
     #[cfg(test)]
     pub(super) fn pitch(&self) -> [T; 3] {
         self.parts.map(|part| part.normal.information.matrix().m11)
@@ -151,7 +155,7 @@ mod tests {
     use crate::algebra::normal_equations::NormalEquations;
     use crate::algebra::symmetric5::Symmetric5;
 
-    /// Halves with the information of rows; the left one has a bias of pitch.
+    /// Returns image halves with the information of row offsets; the left half has a bias of pitch, rad.
     fn biased_in_the_left_half(information: f64, bias: f64) -> ImageHalves<f64> {
         let part = |pitch_and_roll: f64, share: f64| {
             let mut h = Symmetric5::of_diagonal([1.0, 1.0, 1.0 / 3.0, 1.0, 1.0].map(|d| share * d));
@@ -159,7 +163,8 @@ mod tests {
             let information = Information(h.scaled(information));
             NormalEquations { information, gradient: Vector5::zeros() }
         };
-        // Derivatives `-1` by pitch and `u` by roll, over `u` from -1 to 0, and over half of -1 to 1.
+        // The derivatives are `-1` for pitch and `u` for roll. The left half covers `u` from -1 to 0; the upper half
+        // covers -1 to 1 with half of the weight.
         let mut left = part(0.25, 0.5);
         left.gradient = -left.information.times(&(Vector5::x() * bias));
         let (mut all, mut upper) = (part(0.0, 1.0), part(0.0, 0.5));
@@ -182,7 +187,7 @@ mod tests {
         assert!((pitch - 0.25).abs() < 1e-3, "{pitch}");
         assert!(rest.iter().all(|d| *d < 1e-6), "{rest:?}");
         assert_eq!(halves.widening(), halves.disagreement * halves.disagreement);
-        // As many deviations as the halves are apart.
+        // The shift has as many standard deviations as the distance between the halves.
         let squared = (pitch * bias).powi(2) * information / 5.0;
         assert!((squared.sqrt() / halves.disagreement - 1.0).abs() < 1e-3, "{squared}");
     }

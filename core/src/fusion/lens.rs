@@ -1,8 +1,9 @@
-//! The lens that the sums of a hypothesis show, and the covariance of its extrinsics with the lens uncertain
+//! Estimate of the lens from the sums of a hypothesis, and covariance of its extrinsics with an uncertain lens
 //! (`ESTIMATOR.md`, section 17).
 //!
-//! The extrinsics belong to the given lens. An error `p` of the lens moves them by `-B p`, `B = Lambda^-1 S`: the
-//! covariance gains `B (P + p p^T) B^T` with the estimate `p` of the lens and its covariance `P`.
+//! The extrinsics are estimated with the given lens. A lens error `p` causes an error `-B p` of the extrinsics, with
+//! `B = Lambda^-1 S`. So `B (P + p p^T) B^T` is added to their covariance, where `p` is the estimate of the lens error
+//! and `P` its covariance.
 
 use nalgebra::Vector5;
 
@@ -19,28 +20,29 @@ use crate::thresholds::{LENS_FOUND, LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIV
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
-/// The lens estimate of a hypothesis, relative to the lens of its rays. It is solved in place.
+/// Estimate of the lens from a hypothesis, relative to the lens of its rays. The equations are solved in place.
 #[derive(Debug)]
 pub(super) struct HypothesisLens<T> {
-    /// `p` relative to the lens of the rays; 0 for held parameters.
+    /// `p`, relative to the lens of the rays; 0 for parameters that are held fixed.
     pub(super) values: [T; LENS_PARAMETERS],
-    /// `P`, including the reduced chi-square; 0 for held parameters.
+    /// `P`, multiplied by the reduced chi-square; 0 for parameters that are held fixed.
     covariance: Square<T>,
-    /// Columns of `B`: movement of the extrinsics by each parameter, rad.
+    /// Columns of `B`: effect of each parameter on the extrinsics, rad per unit of the parameter.
     effects: [[T; 5]; LENS_PARAMETERS],
 }
 
 impl<T: Scalar> HypothesisLens<T> {
-    /// The given lens, exact.
+    /// An exact lens: no errors, no covariance.
     pub(super) const EXACT: Self = Self {
         values: [T::ZERO; LENS_PARAMETERS],
         covariance: [[T::ZERO; LENS_PARAMETERS]; LENS_PARAMETERS],
         effects: [[T::ZERO; 5]; LENS_PARAMETERS],
     };
 
-    /// Estimates the lens relative to that of the rays. `None` if the sums have no finite solution.
+    /// Estimates the lens relative to the lens of the rays. `None` if there is no plausible finite solution.
     ///
-    /// The principal row is held: only `y^2` tells it from pitch, and any bias of the matches imitates that.
+    /// The principal rows are held fixed. Only terms in `y^2` distinguish them from pitch, and any bias of the matches
+    /// can imitate such terms.
     #[inline(never)]
     pub(super) fn estimate(
         &mut self,
@@ -53,8 +55,10 @@ impl<T: Scalar> HypothesisLens<T> {
         self.solve(&biased, hypothesis, reference, context)
     }
 
-    /// Solves the normal equations of the lens in place, with those of the extrinsics, `biased`.
-    // Out of line: one call after the other takes less stack.
+    /// Solves the normal equations of the lens in place.
+    ///
+    /// * `biased`: equations of the extrinsics.
+    // Out of line, because successive calls take less stack than one function.
     #[inline(never)]
     fn solve(
         &mut self,
@@ -85,10 +89,10 @@ impl<T: Scalar> HypothesisLens<T> {
         self.is_sane(&context.lens_prior(), scale).then_some(())
     }
 
-    /// Whether no value is far beyond its prior, and no variance negative or beyond it. Sums of a damaged record may
-    /// violate this.
+    /// Returns whether the estimate is plausible: no value is far beyond its prior, no variance is negative, and no
+    /// variance is far beyond its prior. Sums from a damaged record may violate this.
     ///
-    /// * `sd`: deviations of the prior; `scale`: reduced chi-square.
+    /// * `sd`: standard deviations of the prior; `scale`: reduced chi-square.
     fn is_sane(&self, sd: &[T; LENS_PARAMETERS], scale: T) -> bool {
         let most = T::lit(MAX_LENS_VALUE * MAX_LENS_VALUE);
         let parameters = self.values.iter().zip(&self.covariance).zip(sd).enumerate();
@@ -100,9 +104,10 @@ impl<T: Scalar> HypothesisLens<T> {
         })
     }
 
-    /// Covariance of the extrinsics with the lens uncertain, from that with the lens as given, rad^2.
+    /// Returns the covariance of the extrinsics with an uncertain lens, rad^2.
     ///
-    /// * `off`: errors of the lens that affect the extrinsics.
+    /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2; `off`: errors of the lens that affect
+    ///   the extrinsics.
     #[inline(never)]
     pub(super) fn widen(
         &self,
@@ -124,36 +129,38 @@ impl<T: Scalar> HypothesisLens<T> {
         let [.., row_l, row_r, _, _, _] = effects;
         wide.add_outer_out_of_line(sd_row_l * sd_row_l, row_l);
         wide.add_outer_out_of_line(sd_row_r * sd_row_r, row_r);
-        // `p2` acts as an apparent yaw; `p2` of the right camera also turns the baseline.
+        // `p2` acts like a yaw; `p2` of the right camera also acts like a rotation of the baseline.
         let p2 = T::single(context.config.lens_prior.p2) * T::lit(2.0);
         wide.add_outer_out_of_line(p2 * p2, &[T::ZERO, T::ZERO, T::ZERO, T::ONE, T::ZERO]);
         wide
     }
 
-    /// Errors of the given lens, if the rays have been corrected to a reference.
+    /// Returns the errors of the given lens, if the rays have been corrected by `reference`.
     pub(super) fn of_given(&self, reference: &LensCorrection<T>) -> [T; LENS_PARAMETERS] {
         self.moved_by(reference.focal, reference.k1)
     }
 
-    /// Remaining errors after the differences of focal length and `k1` are compensated.
+    /// Returns the errors that remain after compensation of the differences of focal length and `k1`.
     pub(super) fn left_over(&self) -> [T; LENS_PARAMETERS] {
         let LensCorrection { focal, k1 } = self.difference();
         self.moved_by(-focal, -k1)
     }
 
-    /// The errors with additions to those of the right camera.
+    /// Returns the errors, with additions to the focal length and `k1` of the right camera.
     fn moved_by(&self, focal: T, k1: T) -> [T; LENS_PARAMETERS] {
         let [s_l, s_r, cx_l, cx_r, cy_l, cy_r, k_l, k_r, p1] = self.values;
         [s_l, s_r + focal, cx_l, cx_r, cy_l, cy_r, k_l, k_r + k1, p1]
     }
 
-    /// Differences of focal length and `k1` from those of the rays.
+    /// Returns the differences of focal length and `k1` between the cameras, right minus left, relative to the lens of
+    /// the rays.
     pub(super) fn difference(&self) -> LensCorrection<T> {
         let [s_l, s_r, _, _, _, _, k_l, k_r, _] = self.values;
         LensCorrection { focal: s_r - s_l, k1: k_r - k_l }
     }
 
-    /// Variances of the differences of focal length and `k1`, with the part that frozen weights may hide.
+    /// Returns the variances of the differences of focal length and `k1`. They include the part of each difference that
+    /// frozen weights may hide.
     #[inline(never)]
     pub(super) fn variances(&self) -> [T; 2] {
         let [ss_l, ss_r, _, _, _, _, sk_l, sk_r, _] = &self.covariance;
@@ -164,7 +171,7 @@ impl<T: Scalar> HypothesisLens<T> {
         [hiding(focal, v_sl + v_sr - two * c_s), hiding(k1, v_kl + v_kr - two * c_k)]
     }
 
-    /// Whether a difference is more than chance, [`LENS_FOUND`] of its deviations.
+    /// Returns whether a difference of focal length or `k1` exceeds [`LENS_FOUND`] standard deviations.
     pub(super) fn is_significant(&self) -> bool {
         let LensCorrection { focal, k1 } = self.difference();
         let least = T::lit(LENS_FOUND * LENS_FOUND);
@@ -172,21 +179,21 @@ impl<T: Scalar> HypothesisLens<T> {
         [focal, k1].into_iter().zip(self.variances()).any(exceeds)
     }
 
-    /// Step of the extrinsics that compensates differences of focal length and `k1`, rad.
+    /// Returns the step of the extrinsics that compensates the differences of focal length and `k1`, rad.
     pub(super) fn compensation(&self) -> Vector5<T> {
         let [_, by_focal, _, _, _, _, _, by_k1, _] = self.effects.map(Vector5::from);
         let LensCorrection { focal, k1 } = self.difference();
         -(by_focal * focal + by_k1 * k1)
     }
 
-    /// Part of the compensation that the weights may hide, rad.
+    /// Returns the part of the compensation that frozen weights may hide, rad.
     pub(super) fn hidden(&self) -> Vector5<T> {
         self.compensation() * T::lit(LENS_SHRINKAGE)
     }
 
-    /// The reported estimate: errors of the given lens.
+    /// Returns the estimate for the report: errors of the given lens.
     ///
-    /// * `reference`: correction of the rays; `focal`: focal length, px.
+    /// * `reference`: lens correction of the rays; `focal`: focal length, px.
     #[inline(never)]
     pub(super) fn report(&self, reference: &LensCorrection<T>, focal: T) -> LensEstimate<T> {
         let Self { values, covariance, .. } = self;
@@ -210,14 +217,15 @@ impl<T: Scalar> HypothesisLens<T> {
     }
 }
 
-/// Variance plus the part of a value that frozen weights may hide, because the weights follow residuals with the lens
-/// of the rays.
+/// Returns a variance plus the square of the part of a value that frozen weights may hide. The weights hide a part
+/// because they were computed from residuals with the lens of the rays.
 fn hiding<T: Scalar>(value: T, variance: T) -> T {
     let hidden = T::lit(LENS_SHRINKAGE) * value;
     variance.max(T::ZERO) + hidden * hidden
 }
 
-/// Eliminates the extrinsics from the information on the lens, and returns their step with an unchanged lens.
+/// Eliminates the extrinsics from the information on the lens. Returns the step of the extrinsics for an unchanged
+/// lens, rad.
 #[inline(never)]
 fn eliminate_extrinsics<T: Scalar>(
     information: &mut Square<T>,
@@ -226,7 +234,8 @@ fn eliminate_extrinsics<T: Scalar>(
     biased: &BiasedEquations<T>,
     context: &Context<'_, T>,
 ) -> Option<Vector5<T>> {
-    // Includes the noise of disparities, so it is never less than the mixed terms need.
+    // The equations include the noise of disparities, as the mixed terms do, so the difference stays positive
+    // semi-definite.
     let mut plain = biased.normal.with_prior(context.prior);
     plain.gradient -= hypothesis.pose().unknowns_to(&context.factory_pose) * context.prior;
     let factor = plain.information.0.factor(T::ZERO)?;
@@ -237,7 +246,8 @@ fn eliminate_extrinsics<T: Scalar>(
     Some(-factor.solve(&plain.gradient))
 }
 
-/// Replaces the mixed terms by the movements of the extrinsics, without the noise of disparities, as in the estimate.
+/// Replaces the mixed terms by the effects of the lens on the extrinsics. As in the estimate, the noise of disparities
+/// is removed.
 #[inline(never)]
 fn take_up<T: Scalar>(
     mixed: &mut [[T; 5]; LENS_PARAMETERS],
@@ -251,10 +261,11 @@ fn take_up<T: Scalar>(
     }
 }
 
-/// Replaces information by the inverse of `information + prior`; rows and columns of held parameters are 0. `None` if
-/// it is not finite.
+/// Replaces information by the inverse of `information + prior`. Rows and columns of held parameters are 0. `None` if
+/// the information is not finite.
 ///
-/// * `sd`: deviations of the prior; the principal rows, and parameters with deviation 0, are held.
+/// * `sd`: standard deviations of the prior. The principal rows, and parameters with a standard deviation of 0, are
+///   held fixed.
 #[inline(never)]
 fn invert<T: Scalar>(a: &mut Square<T>, sd: &[T; LENS_PARAMETERS]) -> Option<()> {
     let free = |(i, sd): (usize, &T)| !(4..6).contains(&i) && *sd > T::ZERO;
@@ -265,7 +276,7 @@ fn invert<T: Scalar>(a: &mut Square<T>, sd: &[T; LENS_PARAMETERS]) -> Option<()>
             *scale = T::ONE / (own.max(T::ZERO) + T::ONE / (*sd * *sd)).sqrt();
         }
     }
-    // Scaled to unit diagonal, because the units of the parameters differ by orders of magnitude.
+    // Scales to a unit diagonal, because the scales of the parameters differ by orders of magnitude.
     for (i, ((row, scale), sd)) in a.iter_mut().zip(scales).zip(sd).enumerate() {
         scale_row(row, scale, &scales);
         if let Some(x) = row.get_mut(i) {
@@ -283,7 +294,8 @@ fn scale_row<T: Scalar>(row: &mut [T; LENS_PARAMETERS], factor: T, own: &[T; LEN
     row.iter_mut().zip(own).for_each(|(x, own)| *x *= factor * *own);
 }
 
-/// Inverts a positive definite matrix of unit diagonal by Gauss-Jordan elimination; pivots at rounding are floored.
+/// Inverts a positive definite matrix with unit diagonal by Gauss-Jordan elimination. Pivots below [`MIN_LENS_PIVOT`]
+/// are raised to it. `None` if a pivot is not finite.
 fn eliminate<T: Scalar>(a: &mut Square<T>) -> Option<()> {
     for pivot in 0..LENS_PARAMETERS {
         let row = *a.get(pivot)?;
@@ -330,7 +342,7 @@ mod tests {
 
     type Full = SMatrix<f64, LENS_PARAMETERS, LENS_PARAMETERS>;
 
-    /// Information of as many rows as parameters, in very different units.
+    /// Returns the information of [`LENS_PARAMETERS`] rows whose columns differ greatly in size.
     fn information() -> Full {
         let units = [1e3, 1e3, 1e2, 1e2, 1e2, 1e2, 30.0, 30.0, 50.0];
         let index = |i: usize| f64::from(u32::try_from(i).unwrap());

@@ -1,5 +1,5 @@
-//! When the lens correction of the rays changes, and the knowledge of the lens that stays when sums are dropped
-//! (`ESTIMATOR.md`, section 17).
+//! Conditions for a change of the lens correction of the rays, and the knowledge of the lens that remains when sums are
+//! dropped (`ESTIMATOR.md`, section 17).
 
 use super::hypothesis::Hypothesis;
 use super::lens::HypothesisLens;
@@ -14,8 +14,8 @@ use crate::thresholds::{
 };
 
 impl<T: Scalar> LensReference<T> {
-    /// The reference with the knowledge of a hypothesis about the lens, for when its sums are dropped; unchanged
-    /// without such knowledge.
+    /// Returns the reference with the knowledge about the lens in a hypothesis whose sums are to be dropped. Unchanged
+    /// if the hypothesis has no such knowledge.
     #[inline(never)]
     pub(super) fn with_knowledge_of(
         &self,
@@ -27,11 +27,12 @@ impl<T: Scalar> LensReference<T> {
         found.flatten().and_then(|()| self.knowing(&lens)).unwrap_or(*self)
     }
 
-    /// The reference with an estimate of the lens in place of its knowledge; `None` if the estimate is beyond any lens.
+    /// Returns the reference with its knowledge replaced by an estimate of the lens that already includes this
+    /// knowledge. `None` if the estimate is out of range.
     #[inline(never)]
     fn knowing(&self, lens: &HypothesisLens<T>) -> Option<Self> {
         let known = self.correction.plus(&lens.difference());
-        // Held parameters have no variance, and keep no knowledge.
+        // Parameters that are held fixed have a variance of 0, and get no weight.
         let weights = lens.variances().map(|variance| {
             let wide = variance * T::lit(KNOWN_LENS_WIDENING);
             if wide > T::ZERO { T::ONE / wide } else { T::ZERO }
@@ -40,8 +41,9 @@ impl<T: Scalar> LensReference<T> {
         next.is_valid().then_some(next)
     }
 
-    /// The reference to restart the sums with, or `None` if a restart gains nothing. The first restart must halve the
-    /// deviation of `t`. A later one is due where the weights may hide more than [`MAX_HIDDEN_LENS`] of it.
+    /// Returns the reference for a restart of the sums; `None` if a restart gains nothing. The first restart must
+    /// divide the standard deviation of `t` by more than [`COMPENSATION_GAIN`]. A later restart is due if the weights
+    /// may hide more than [`MAX_HIDDEN_LENS`] of the standard deviation.
     #[inline(never)]
     pub(super) fn next(
         &self,
@@ -58,7 +60,8 @@ impl<T: Scalar> LensReference<T> {
         let gains = if self.compensates() {
             hides_much(&lens, &widened, context)
         } else {
-            // A wrong lens also makes halves disagree, so their disagreement must not keep a significantly wrong lens.
+            // A wrong lens also makes the image halves disagree, so their disagreement must not prevent the correction
+            // of a significantly wrong lens.
             let noise = hypothesis.covariance_of_noise(context)?;
             self.halves_deviation(&lens, &widened, context)
                 || lens.is_significant() && self.halves_deviation(&lens, &noise, context)
@@ -67,7 +70,9 @@ impl<T: Scalar> LensReference<T> {
         Some(Self { correction: next.known, changes: self.changes.saturating_add(1), ..next })
     }
 
-    /// Whether compensation divides the deviation of `t` with the given lens by more than [`COMPENSATION_GAIN`].
+    /// Returns whether compensation divides the standard deviation of `t` by more than [`COMPENSATION_GAIN`].
+    ///
+    /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2.
     fn halves_deviation(
         &self,
         lens: &HypothesisLens<T>,
@@ -80,7 +85,9 @@ impl<T: Scalar> LensReference<T> {
     }
 }
 
-/// Whether the weights may hide more than [`MAX_HIDDEN_LENS`] of the deviation of `t`.
+/// Returns whether the weights may hide more than [`MAX_HIDDEN_LENS`] of the standard deviation of `t`.
+///
+/// * `given`: covariance of the extrinsics if the given lens is exact, rad^2.
 fn hides_much<T: Scalar>(
     lens: &HypothesisLens<T>,
     given: &Symmetric5<T>,
@@ -88,11 +95,11 @@ fn hides_much<T: Scalar>(
 ) -> bool {
     let hidden = lens.hidden();
     let with = deviation(&lens.widen(given, &lens.left_over(), context));
-    // Not `hypot`: for `f32` it computes in `f64`, which a controller emulates in software.
+    // Not `hypot`, which for `f32` computes in `f64`, and a controller emulates `f64` in software.
     (hidden.w * hidden.w + hidden.a * hidden.a).sqrt() > T::lit(MAX_HIDDEN_LENS) * with
 }
 
-/// Deviation of `t`, rad.
+/// Returns the standard deviation of `t`, rad.
 fn deviation<T: Scalar>(covariance: &Symmetric5<T>) -> T {
     StandardDeviations::of(covariance).translation
 }

@@ -1,23 +1,23 @@
-//! Lens correction of the rays, its changes, and the knowledge of the lens from dropped sums (`ESTIMATOR.md`, section
-//! 17).
+//! Lens correction of the rays, its changes, and knowledge of the lens from dropped sums (`ESTIMATOR.md`, section 17).
 //!
-//! Compensating a difference of focal lengths or of `k1` needs corrected rays: with the rays of a wrong lens, the
-//! weights hide a part of the error. The pairs before a change have such weights, so the estimate restarts. The
-//! differences that they measured are kept, also after a change of the rig, because the lens does not change with it.
+//! Compensation of a difference of focal length or `k1` needs corrected rays, because with the rays of a wrong lens the
+//! weights hide a part of the error. Pairs before a change of the correction have such weights, so the estimate
+//! restarts. The measured differences are kept, even after a change of the rig, because the lens does not change with
+//! the rig.
 
 use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::scalar::Scalar;
 
-/// Correction of the rays, and the knowledge of the lens beside the sums.
+/// Lens correction of the rays, and knowledge of the lens in addition to the sums.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LensReference<T> {
     pub(super) correction: LensCorrection<T>,
     /// Differences of focal length and `k1` from the given lens, measured by earlier pairs.
     pub(super) known: LensCorrection<T>,
-    /// Information on these differences; 0 if unknown.
+    /// Information on the two differences; 0 if unknown.
     pub(super) weights: [T; 2],
-    /// Changes so far; 0: the lens is as given.
+    /// Number of changes of the correction so far; 0 if the lens is as given.
     pub(super) changes: u32,
 }
 
@@ -30,22 +30,22 @@ impl<T: Scalar> LensReference<T> {
         changes: 0,
     };
 
-    /// Correction of the rays.
+    /// Returns the lens correction of the rays.
     pub(crate) fn correction(&self) -> &LensCorrection<T> {
         &self.correction
     }
 
-    /// Whether extrinsics and cameras are corrected.
+    /// Returns whether the lens is compensated: the estimated extrinsics belong to corrected cameras.
     pub(super) fn compensates(&self) -> bool {
         self.changes > 0
     }
 
-    /// Fades the knowledge as the sums fade, because a lens warms.
+    /// Reduces the weight of the knowledge as that of the sums, because a lens changes with temperature.
     pub(super) fn fade(&mut self, fading: T) {
         self.weights.iter_mut().for_each(|weight| *weight *= fading);
     }
 
-    /// Adds the knowledge to the information on the lens, and to its gradient at the correction.
+    /// Adds the knowledge to information and gradient of the lens, about the correction of the rays.
     pub(super) fn add_known(
         &self,
         information: &mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
@@ -74,13 +74,14 @@ impl<T: Scalar> LensReference<T> {
         }
     }
 
-    /// Correction, knowledge and its information, in the order of a record.
+    /// Returns correction, known differences and their information, in the order of a record.
     pub(crate) fn numbers(&self) -> [T; 6] {
         let Self { correction, known, weights: [focal, k1], .. } = *self;
         [correction.focal, correction.k1, known.focal, known.k1, focal, k1]
     }
 
-    /// From these numbers, each within its range; `None` for a correction without a change.
+    /// Restores a reference from the numbers of [`Self::numbers`], each within its range. `None` if there is a
+    /// correction but the number of changes is 0.
     ///
     /// * `changes`: number of changes of the lens so far.
     pub(crate) fn of(
@@ -96,7 +97,7 @@ impl<T: Scalar> LensReference<T> {
         (read.compensates() || read.correction.is_none()).then_some(read)
     }
 
-    /// Number of changes of the lens so far, for a record.
+    /// Returns the number of changes so far, for a record.
     pub(crate) fn changes(&self) -> u8 {
         u8::try_from(self.changes).unwrap_or(u8::MAX)
     }
@@ -113,7 +114,7 @@ mod tests {
 
     const P: [f64; LENS_PARAMETERS] = [1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 2.0, 5.0, 9.0];
 
-    /// Cost of the knowledge at `p`, from information and gradient at the correction, but for a constant.
+    /// Returns the cost of the knowledge at `p`, up to a constant, from information and gradient about the correction.
     fn cost(reference: &LensReference<f64>, p: &[f64; LENS_PARAMETERS]) -> f64 {
         let mut information = [[0.0; LENS_PARAMETERS]; LENS_PARAMETERS];
         let mut gradient = [0.0; LENS_PARAMETERS];
@@ -133,7 +134,7 @@ mod tests {
             weights: [4.0, 2.0],
             changes: 1,
         };
-        // ((s_r - s_l) - 0.5)^2 4 / 2 + ((k1_r - k1_l) + 1)^2 2 / 2, less that at 0.
+        // The cost is ((s_r - s_l) - 0.5)^2 4 / 2 + ((k1_r - k1_l) + 1)^2 2 / 2, minus its value at 0.
         let expected = 2.0 * (1.5 * 1.5 - 0.25) + (16.0 - 1.0);
         assert!((cost(&reference, &P) - expected).abs() < 1e-12);
         reference.fade(0.5);

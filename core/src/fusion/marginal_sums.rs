@@ -1,4 +1,4 @@
-//! Sums over the pairs of a vibrating rig: each pair is weighed by its information on the mean rig (`ESTIMATOR.md`,
+//! Sums over the pairs of a vibrating rig. Each pair is weighted by its information on the mean rig (`ESTIMATOR.md`,
 //! section 14).
 
 use nalgebra::Vector5;
@@ -12,7 +12,8 @@ use crate::thresholds::FORGOTTEN_PAIRS;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MarginalSums<T> {
     pub(super) sum: NormalEquations<T>,
-    /// Variances of the sums; zero if the rig does not vibrate, and then nothing is summed.
+    /// Variances of the vibration that the sums assume, rad^2. Zero if the rig does not vibrate; then nothing is
+    /// summed.
     pub(super) variances: BlockVariances<T>,
 }
 
@@ -24,11 +25,12 @@ impl<T: Scalar> MarginalSums<T> {
         !self.variances.is_zero()
     }
 
-    /// Starts with the pairs so far, as if each had the mean share of their sum. A few pairs with the weights of a
-    /// rigid rig give a wrong mean, because the vibration of strong directions leaks into weak ones: all but the last
-    /// are dropped.
+    /// Starts with the pairs so far, as if each had an equal share of their sum. If there are only a few pairs, all but
+    /// the last are dropped: weighted as for a rigid rig, a few pairs give a wrong mean, because the vibration along
+    /// strong directions leaks into weak directions.
     ///
-    /// * `sum`, `last`: equations of a rigid rig, of all pairs and of the last, about the pose.
+    /// * `sum`: equations of all pairs for a rigid rig, about the pose; `last`: the same for the last pair; `pairs`:
+    ///   number of pairs.
     pub(super) fn start(
         &mut self,
         sum: &NormalEquations<T>,
@@ -45,7 +47,8 @@ impl<T: Scalar> MarginalSums<T> {
         Some(())
     }
 
-    /// Follows a vibration that has grown or ceased. Older pairs lose weight if it has doubled; they never gain weight.
+    /// Follows a vibration that has grown or ceased. If a variance has doubled, older pairs lose weight; they never
+    /// gain weight.
     pub(super) fn follow(&mut self, pairs: u32, now: &BlockVariances<T>) -> Option<()> {
         let then = self.variances;
         if now.doubles(&then) {
@@ -60,7 +63,7 @@ impl<T: Scalar> MarginalSums<T> {
 
     /// Adds a pair.
     ///
-    /// * `pair`: its equations for a rigid rig, about the pose; `fading`: factor of older pairs.
+    /// * `pair`: equations of the pair for a rigid rig, about the pose; `fading`: factor of the older pairs.
     pub(super) fn add(
         &mut self,
         pair: &NormalEquations<T>,
@@ -71,13 +74,13 @@ impl<T: Scalar> MarginalSums<T> {
         Some(())
     }
 
-    /// Shifts the sums after a step of the pose.
+    /// Shifts the sums after a step of the pose, rad.
     pub(super) fn shift(&mut self, moved: &Vector5<T>) {
         self.sum = self.sum.about(moved);
     }
 }
 
-/// Variances of the mean of the pairs.
+/// Returns the variances of the mean over the pairs.
 fn mean_of<T: Scalar>(pairs: u32, variances: &BlockVariances<T>) -> BlockVariances<T> {
     variances.scaled(T::ONE / T::count(pairs.max(1)))
 }

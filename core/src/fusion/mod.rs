@@ -1,16 +1,17 @@
-//! Fusion of many pairs: two hypotheses, data association, change detection (`ESTIMATOR.md`, sections 10 to 15).
+//! Fusion of many pairs with two hypotheses, data association and change detection (`ESTIMATOR.md`, sections 10 to 15).
 //!
-//! The *champion* is the reported hypothesis. A pair outside its gate starts a *challenger*, which gathers the pairs
-//! that agree with it. With three pairs of another rig the challenger is promoted, with its sums. When pairs return to
-//! the champion, the challenger is dropped. Without a challenger, a gate would lock on a wrong estimate and refuse all
-//! good pairs.
+//! The *champion* is the reported hypothesis. A pair outside the champion's gate starts a *challenger*, which collects
+//! the pairs that agree with it. If three pairs agree on another rig, the challenger becomes the champion and keeps its
+//! sums. When pairs return to the champion, the challenger is dropped. Without a challenger, a gate around a wrong
+//! estimate would refuse all good pairs.
 //!
 //! - [`association`], [`association_result`]: the hypothesis that a pair supports. [`hypotheses`]: champion,
 //!   challenger.
 //! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and their optimum with the prior.
-//! - [`change_detector`]: steps and drifts below the noise of a pair. [`repeated_scene`]: a rig at rest.
-//! - [`reported`]: the reported and the applied part of the estimate.
-//! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: a rig that vibrates.
+//! - [`change_detector`]: steps and drifts below the noise of a pair. [`repeated_scene`]: repeated scenes of a standing
+//!   vehicle.
+//! - [`reported`]: reported estimate, and its part that is applied.
+//! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: vibrating rigs.
 
 mod association;
 mod association_result;
@@ -56,13 +57,15 @@ pub(crate) struct Fusion<T: Scalar> {
     /// Lens of the rays.
     reference: LensReference<T>,
     vibration: VibrationEstimator<T>,
-    /// Mount yaw and apparent yaw of the lens, beside the sums.
+    /// Knowledge of the mount yaw and of the apparent yaw of the lens, in addition to the sums.
     mount: MountYaw<T>,
     /// Association of the current batch.
     association: Association<T>,
 }
 
 impl<T: Scalar> Fusion<T> {
+    /// Creates a state without pairs.
+    ///
     /// * `is_calibrated`: whether a calibration measured the factory extrinsics.
     pub(crate) const fn new(is_calibrated: bool) -> Self {
         Self {
@@ -75,7 +78,7 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    /// Forgets all pairs, in place: a new value would take stack.
+    /// Forgets all pairs. Works in place, because a new value would take stack.
     pub(crate) fn reset(&mut self) {
         self.vibration.clear();
         self.mount.reset();
@@ -90,7 +93,7 @@ impl<T: Scalar> Fusion<T> {
         self.association.close();
     }
 
-    /// Lens of the rays.
+    /// Returns the lens of the rays.
     pub(crate) fn reference(&self) -> &LensReference<T> {
         &self.reference
     }
@@ -98,12 +101,12 @@ impl<T: Scalar> Fusion<T> {
     /// Forgets all pairs and restarts, with rays of another lens.
     pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
         self.forget_pairs();
-        // The rays change, the mount does not.
+        // Only the rays change; the mount does not.
         self.vibration.interrupt();
         self.reference = *reference;
     }
 
-    /// The lens for a restart, if a restart gains.
+    /// Returns the lens for a restart; `None` if a restart gains nothing.
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         let compensates = context.config.lens_tracking == LensTracking::Compensate;
         let hypothesis = self.hypotheses.champion()?;
@@ -111,12 +114,12 @@ impl<T: Scalar> Fusion<T> {
         if is_due { self.reference.next(hypothesis, context) } else { None }
     }
 
-    /// Whether the lengths are within their capacities.
+    /// Returns whether all lengths are within their capacities.
     pub(crate) fn is_within(&self) -> bool {
         self.scene.is_within()
     }
 
-    /// Discards a pair, solved or being solved.
+    /// Discards the current pair, whether solved or not.
     pub(crate) fn discard(&mut self) {
         if self.association.result().is_some() {
             self.hypotheses.forget_begun();
@@ -124,10 +127,10 @@ impl<T: Scalar> Fusion<T> {
         self.association.close();
     }
 
-    /// Starts a batch, with its first pass.
+    /// Starts a batch and takes its first pass.
     ///
     /// # Errors
-    /// [`Rejection::TooFew`]; the batch is abandoned.
+    /// [`Rejection::TooFew`]: too few correspondences. The batch is abandoned.
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
@@ -151,7 +154,8 @@ impl<T: Scalar> Fusion<T> {
         begun
     }
 
-    /// Takes one more pass; true once the pair is solved. A failed pair counts against the hypotheses that rejected it.
+    /// Takes one more pass. Returns true once the pair is solved. A failed pair counts against the hypotheses that
+    /// rejected it, unless `frozen`.
     ///
     /// # Errors
     /// [`Rejection`]; the batch is abandoned.
@@ -179,10 +183,10 @@ impl<T: Scalar> Fusion<T> {
         Ok(!association.is_open())
     }
 
-    /// Report of the solved pair.
+    /// Returns the report of the solved pair.
     ///
     /// # Errors
-    /// [`Rejection::NotBegun`] without a solved pair, [`Rejection::Unobservable`] if the pair alone has no optimum.
+    /// [`Rejection::NotBegun`]: there is no solved pair. [`Rejection::Unobservable`]: the pair alone has no optimum.
     pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, Rejection> {
         let result = self.association.result().ok_or(Rejection::NotBegun)?;
         let report = result.report(context);
@@ -192,7 +196,7 @@ impl<T: Scalar> Fusion<T> {
         report.ok_or(Rejection::Unobservable)
     }
 
-    /// Fuses the solved pair once.
+    /// Fuses the solved pair, and closes its association.
     ///
     /// # Errors
     /// [`Rejection`]; the champion is unchanged.
@@ -202,9 +206,9 @@ impl<T: Scalar> Fusion<T> {
         let kept = Kept { reference, mount };
         let fused = hypotheses.fuse(&result, kept, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
-        // A pair beyond the correction limit does not update the vibration estimate, nor a pair of another rig: the
-        // wrong poses of weak pairs would be a vibration that hides knocks. A pair that only disagrees does, because the
-        // rig may vibrate.
+        // Pairs beyond the correction limit and pairs of another rig do not update the vibration estimate, because the
+        // wrong poses of weak pairs would look like a vibration that hides knocks. A pair that only disagrees does
+        // update it, because the rig may vibrate.
         let is_admissible = match fused {
             Ok(fused) => fused != Fused::KeptApart,
             Err(error) => error == Rejection::Disagrees,
@@ -233,7 +237,7 @@ impl<T: Scalar> Fusion<T> {
     fn check_mount(&mut self, context: &Context<'_, T>) {
         let Self { hypotheses, mount, .. } = self;
         let Some(champion) = hypotheses.champion().filter(|_| mount.is_as_made()) else { return };
-        // The variance costs more, so it is computed only if it decides.
+        // The variance is expensive, so it is computed only if the yaw is refuted without it.
         let exact = RowsYaw { turn: champion.yaw(context), variance: T::ZERO };
         if mount.is_refuted(&exact, context)
             && champion.rows_yaw(context).is_some_and(|rows| mount.is_refuted(&rows, context))
@@ -242,7 +246,7 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    /// Pose of the reported estimate by rows, and its yaw.
+    /// Returns the pose of the reported estimate, as the row offsets show it, and its yaw.
     pub(crate) fn rows(
         &self,
         context: &Context<'_, T>,
@@ -251,7 +255,7 @@ impl<T: Scalar> Fusion<T> {
         Some((*hypothesis.pose(), hypothesis.rows_yaw(context)?))
     }
 
-    /// Knowledge of the mount yaw, for further measurements.
+    /// Returns the knowledge of the mount yaw, for updates by other measurements.
     pub(crate) fn mount_mut(&mut self) -> &mut MountYaw<T> {
         &mut self.mount
     }
@@ -260,22 +264,22 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.state()
     }
 
-    /// Variances of each pair about the estimate, rad^2.
+    /// Returns the variances of the vibration of single pairs about the estimate, rad^2.
     pub(crate) fn vibration(&self) -> BlockVariances<T> {
         self.vibration.variances()
     }
 
-    /// Whether a pair supports the estimate.
+    /// Returns whether there is an estimate.
     pub(crate) fn has_pairs(&self) -> bool {
         self.hypotheses.reported().is_some()
     }
 
-    /// Whether the last pair showed the scene of the one fused before.
+    /// Returns whether the last pair repeated the scene of the pair fused before.
     pub(crate) fn is_repeated(&self) -> bool {
         self.association.is_repeated()
     }
 
-    /// Noise of a coordinate, px; 0 before the first pair.
+    /// Returns the noise of a coordinate, px; 0 before the first pair.
     pub(crate) fn noise(&self) -> T {
         self.hypotheses.reported().map_or(T::ZERO, Hypothesis::noise)
     }
@@ -288,7 +292,7 @@ struct Kept<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Kept<'_, T> {
-    /// Knowledge after the sums of a hypothesis are dropped because the rig has changed.
+    /// Returns the knowledge that remains after the sums of `from` are dropped because the rig has changed.
     #[inline(never)]
     fn learned(
         &self,
@@ -302,14 +306,14 @@ impl<T: Scalar> Kept<'_, T> {
         (self.reference.with_knowledge_of(from, context), mount)
     }
 
-    /// Keeps this knowledge.
+    /// Stores this knowledge.
     fn keep(&mut self, learned: (LensReference<T>, MountYaw<T>)) {
         (*self.reference, *self.mount) = learned;
     }
 }
 
-/// Adds a refused pair if it shows more vibration: it may widen deviations but not narrow them.
-// Out of line: the copy leaves the stack of the caller.
+/// Adds a refused pair if the variances do not fall: a refused pair may increase them but not reduce them.
+// Out of line, to keep the copy off the caller's stack.
 #[inline(never)]
 fn add_refused<T: Scalar>(
     vibration: &mut VibrationEstimator<T>,
@@ -332,7 +336,7 @@ mod tests {
 
     type Add = fn(&mut VibrationEstimator<f64>, &PairMeasurement<f64>, &Context<'_, f64>);
 
-    /// The estimator after 20 pairs of a rig that vibrates by turns.
+    /// Returns the estimator after 20 pairs of a rig whose cameras rotate from pair to pair.
     fn shaken(add: Add) -> VibrationEstimator<f64> {
         let mut estimator = VibrationEstimator::RIGID;
         for seed in 0..20_u8 {
@@ -346,7 +350,7 @@ mod tests {
     #[test]
     fn a_refused_pair_shows_more_vibration_or_as_much_never_less() {
         assert!(shaken(add_refused).variances().rotation > 0.0);
-        // Pairs of a rig at rest.
+        // Returns the number of pairs of a rig at rest after which a variance has fallen.
         let falls = |add: Add| {
             let mut estimator = shaken(VibrationEstimator::add);
             let falls = (20..50).filter(|seed| {

@@ -1,4 +1,5 @@
-//! Optimum of moments and prior on the manifold of extrinsics: `(H + P I) d = -(g - P u)` (`ESTIMATOR.md`, section 12).
+//! Optimum of moments and prior on the manifold of extrinsics. Each step `d` solves `(H + P I) d = -(g - P u)`
+//! (`ESTIMATOR.md`, section 12).
 
 use nalgebra::Vector5;
 
@@ -11,12 +12,11 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{LAST_STEP_SQUARED, MOVED_INFORMATION, OPTIMUM_STEPS};
 
-/// Largest squared distance of a pose from the optimum of its sums, in deviations, and largest ratio of their
-/// informations. A first pair with hardly any information on a direction reaches 400; a number of a record that is
-/// wrong by 1e6 exceeds the limit.
+/// Largest squared Mahalanobis distance of a pose from the optimum of its sums. A first pair with hardly any
+/// information on a direction reaches 400.
 pub(super) const MAX_INCONSISTENCY: f64 = 1e4;
 
-/// The optimum, and the information of the moments there.
+/// The optimum, and the information of the moments at the optimum.
 #[derive(Debug)]
 pub(super) struct Optimum<T: Scalar> {
     pub(super) pose: RectifyingRotations<T>,
@@ -28,12 +28,13 @@ impl<T: Scalar> Optimum<T> {
     pub(super) const NONE: Self =
         Self { pose: RectifyingRotations::UNSET, information: Information::ZERO };
 
-    /// Descends from the current pose to the optimum, in at most [`OPTIMUM_STEPS`] steps.
+    /// Descends from the current pose to the optimum in at most [`OPTIMUM_STEPS`] steps.
     ///
-    /// * `frame`: frame of the moments.
+    /// * `frame`: pose whose rectified frame is the frame of the moments.
     ///
     /// # Errors
-    /// [`Rejection::NoRig`], also if the steps end far from the optimum; [`Rejection::CorrectionLimit`].
+    /// [`Rejection::NoRig`]: there is no admissible step, or the steps end far from the optimum.
+    /// [`Rejection::CorrectionLimit`]: the optimum is beyond the limit.
     #[inline(never)]
     pub(super) fn descend(
         &mut self,
@@ -48,12 +49,12 @@ impl<T: Scalar> Optimum<T> {
                 return context.check(&self.pose);
             }
         }
-        // The last step was long, so the information before it does not belong to the pose.
+        // The last step was long, so the information must be computed again at the final pose.
         let normal = self.equations(sums, frame, context);
         if are_at_optimum(&normal) { context.check(&self.pose) } else { Err(Rejection::NoRig) }
     }
 
-    /// Takes one Gauss-Newton step, rad. `None` without an admissible step.
+    /// Takes one Gauss-Newton step, and returns it, rad. `None` if there is no admissible step.
     #[inline(never)]
     fn take_step(&mut self, normal: &NormalEquations<T>) -> Option<Vector5<T>> {
         let step = normal.step()?;
@@ -61,7 +62,7 @@ impl<T: Scalar> Optimum<T> {
         Some(step)
     }
 
-    /// Equations of moments and prior about the pose; stores their information.
+    /// Returns the equations of moments and prior about the pose. Stores the information of the moments.
     #[inline(always)]
     fn equations(
         &mut self,
@@ -76,8 +77,8 @@ impl<T: Scalar> Optimum<T> {
     }
 }
 
-/// Whether the next step is below rounding, and the information of each direction is nearly final: a turn by `d` moves
-/// `d^2` of the information of another direction into it.
+/// Returns whether a step is the last one: the next step would be below rounding, and the information on each direction
+/// is nearly final. A step `d` moves the share `d^2` of the information on one direction into another direction.
 fn is_last<T: Scalar>(step: &Vector5<T>, normal: &NormalEquations<T>) -> bool {
     let squared = step.norm_squared();
     let known = normal.information.0.diagonal();
@@ -85,8 +86,8 @@ fn is_last<T: Scalar>(step: &Vector5<T>, normal: &NormalEquations<T>) -> bool {
     squared <= T::lit(LAST_STEP_SQUARED) && squared * most <= T::lit(MOVED_INFORMATION) * least
 }
 
-/// Whether equations have one optimum, near the pose that they are about. If a direction is not observed, the last step
-/// is long, or there is no step.
+/// Returns whether the equations have an optimum near the pose that they are about. If a direction is not observed, the
+/// step to the optimum is long, or does not exist.
 fn are_at_optimum<T: Scalar>(normal: &NormalEquations<T>) -> bool {
     let squared = normal.step().map(|step| -step.dot(&normal.gradient));
     squared.is_some_and(|squared| squared <= T::lit(MAX_INCONSISTENCY))
@@ -143,7 +144,7 @@ mod tests {
             gradient: Vector5::zeros(),
         };
         let last = |step: f64, least: f64| is_last(&Vector5::ith(0, step), &of(least));
-        // 1e12 of 1e-5 squared: 100.
+        // The step moves an information of 1e12 (1e-5)^2 = 100.
         assert_eq!([2e3, 5e2].map(|least| last(1e-5, least)), [true, false]);
         assert_eq!([0.9e-4, 1.1e-4].map(|step| last(step, 1e9)), [true, false]);
         assert!(!last(f64::NAN, 1e9));

@@ -1,8 +1,8 @@
-//! An estimate as the prior of a new hypothesis, in the form of a record (`ESTIMATOR.md`, section 21).
+//! An estimate as the prior of a new hypothesis, in the form that a record stores (`ESTIMATOR.md`, section 21).
 //!
-//! The moments of a hypothesis are replaced by those of five virtual correspondences, which have its information on the
-//! extrinsics and its response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and is
-//! reported like any other.
+//! The moments of a hypothesis are replaced by the moments of five virtual correspondences with the same information on
+//! the extrinsics and the same response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and
+//! is reported like any other estimate.
 
 use core::slice::from_mut;
 
@@ -25,19 +25,20 @@ use crate::thresholds::FREEDOM_RAD;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prior<T: Scalar> {
     pub(crate) pose: RectifyingRotations<T>,
-    /// Equations of the pairs about the pose, and the noise of disparities in them, divided by the widening of the
-    /// image halves. A record keeps the baseline's part of the gradient alone.
+    /// Equations of the pairs about the pose, with the noise of disparities in them. For a rig that drifts or vibrates,
+    /// or with image halves that disagree, they give the wider covariance of the estimate, without noise. A record
+    /// stores only the baseline part of the gradient.
     pub(crate) equations: BiasedEquations<T>,
     pub(crate) response: Response<T>,
     /// Reduced chi-square of the pairs.
     pub(crate) chi_square: T,
-    /// Number of pairs in it; 0: there is no estimate.
+    /// Number of pairs in the estimate; 0 if there is no estimate.
     pub(crate) pairs: u32,
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
-    /// Usual share of inliers, and of a second crowd.
+    /// Usual share of inliers, and usual share of a second crowd.
     pub(crate) shares: [T; 2],
-    /// Fading sums of matches of high leverage.
+    /// Fading sums of the matches of high leverage with residuals within 2 units of the loss, and from 2 to 4 units.
     pub(crate) high_leverage: [T; 2],
 }
 
@@ -54,7 +55,7 @@ impl<T: Scalar> Prior<T> {
         high_leverage: [T::ZERO; 2],
     };
 
-    /// Whether the noise is a part of the equations, and the response keeps their digits.
+    /// Returns whether the noise is plausible as a part of the equations, and whether the response keeps their digits.
     #[inline(never)]
     fn is_consistent(&self) -> bool {
         let Self { equations: BiasedEquations { normal, noise }, response, .. } = self;
@@ -69,28 +70,28 @@ impl<T: Scalar> Prior<T> {
     }
 }
 
-/// The part of the robust method that a record keeps.
+/// The part of the state of the robust method that a record stores.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Learned<T: Scalar> {
     /// The champion.
     pub(crate) prior: Prior<T>,
-    /// [`LensReference::numbers`], and changes of the lens.
+    /// [`LensReference::numbers`]; `changes` is the number of changes of the lens correction.
     lens: [T; 6],
     pub(crate) changes: u8,
     vibration: KnownVibration<T>,
-    /// [`crate::depth::mount::MountYaw::parts`].
+    /// Numbers of [`crate::depth::mount::MountYaw::parts`]; `mount_flags` holds its flags.
     mount: [T; 6],
     pub(crate) mount_flags: [bool; 3],
 }
 
 impl<T: Scalar> Learned<T> {
-    /// Nothing: the mount yaw rests on the factory calibration.
-    // No constant: it would take its size in flash.
+    /// Returns empty content: the mount yaw rests on the factory calibration.
+    // Not a constant, because a constant would take its full size in flash.
     pub(crate) fn nothing() -> Self {
         Self::of_lens(&LensReference::GIVEN)
     }
 
-    /// Nothing but the knowledge of the lens.
+    /// Returns content with only the knowledge of the lens.
     pub(crate) fn of_lens(lens: &LensReference<T>) -> Self {
         let zero = T::ZERO;
         Self {
@@ -103,7 +104,7 @@ impl<T: Scalar> Learned<T> {
         }
     }
 
-    /// Its numbers in the order of a record, apart from the pose.
+    /// Returns all numbers in the order of a record, apart from the pose.
     pub(crate) fn numbers(&mut self) -> [&mut [T]; 13] {
         let Self { prior, lens, vibration, mount, .. } = self;
         let Prior { equations, response, chi_square, noise, shares, high_leverage, .. } = prior;
@@ -129,26 +130,26 @@ impl<T: Scalar> Learned<T> {
         ]
     }
 
-    /// Correction of the rays.
+    /// Returns the lens correction of the rays.
     pub(crate) fn correction(&self) -> LensCorrection<T> {
         let [focal, k1, ..] = self.lens;
         LensCorrection { focal, k1 }
     }
 }
 
-/// The estimate that a record keeps, as far as a later one differs from it.
+/// Position of an estimate, to decide whether a later estimate has moved away from the estimate in a record.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place<T: Scalar> {
     pose: RectifyingRotations<T>,
     sd: StandardDeviations<T>,
-    /// Yaw of the mount that witnesses have measured, rad.
+    /// Yaw of the mount as known before the sums, rad; 0 if nothing has measured it.
     yaw: T,
     pub(crate) pairs: u32,
 }
 
 impl<T: Scalar> Place<T> {
-    /// Whether `R`, `t` or the yaw has moved by more than the freedom of a pair about an estimate, and `R` and `t` by more
-    /// than their deviations: a far scene moves `t` by chance.
+    /// Returns whether `R`, `t` or the yaw has moved by more than [`FREEDOM_RAD`]. `R` and `t` must also have moved by
+    /// more than their standard deviations, because a far scene moves `t` by chance.
     pub(crate) fn has_moved_from(&self, old: &Self) -> bool {
         let freedom = T::lit(FREEDOM_RAD);
         let [[x, y, z, b_y, b_z]] = old.pose.unknowns_to(&self.pose).data.0;
@@ -160,7 +161,7 @@ impl<T: Scalar> Place<T> {
 }
 
 impl<T: Scalar> Fusion<T> {
-    /// The champion's; `None` without one.
+    /// Returns the place of the champion; `None` without a champion.
     #[inline(never)]
     pub(crate) fn place(&self, context: &Context<'_, T>) -> Option<Place<T>> {
         let champion = self.hypotheses.champion()?;
@@ -172,7 +173,7 @@ impl<T: Scalar> Fusion<T> {
         })
     }
 
-    /// The knowledge of the lens that a record keeps.
+    /// Returns the knowledge of the lens for a record.
     #[inline(never)]
     pub(crate) fn learned_lens(&self, context: &Context<'_, T>) -> LensReference<T> {
         let champion = self.hypotheses.champion();
@@ -180,7 +181,7 @@ impl<T: Scalar> Fusion<T> {
             .map_or(self.reference, |champion| self.reference.with_knowledge_of(champion, context))
     }
 
-    /// Fills in the part that a record keeps, apart from the lens.
+    /// Fills the content of a record, apart from the lens.
     #[inline(never)]
     pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
         if let Some(champion) = self.hypotheses.champion() {
@@ -193,8 +194,8 @@ impl<T: Scalar> Fusion<T> {
         (learned.mount, learned.mount_flags) = self.mount.parts();
     }
 
-    /// Takes up the content of a record, without pairs; the estimate is suspect until a pair supports it. `None` if its
-    /// parts do not fit together: then the state is unspecified.
+    /// Restores the content of a record. The estimate is suspect until a pair supports it. `None` if the parts of the
+    /// record do not fit together; the state is then unspecified.
     #[inline(never)]
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
         let Learned { prior, lens, changes, vibration, mount, mount_flags } = learned;
@@ -210,7 +211,8 @@ impl<T: Scalar> Fusion<T> {
         (prior.is_consistent() && is_finite).then_some(())
     }
 
-    /// Whether the lens of the estimate has a finite solution.
+    /// Returns whether the lens of the estimate has a plausible finite solution; true without a champion or without a
+    /// lens prior.
     #[inline(never)]
     pub(crate) fn has_lens(&self, context: &Context<'_, T>) -> bool {
         let estimate = self.hypotheses.champion().filter(|_| context.has_lens_prior());

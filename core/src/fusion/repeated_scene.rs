@@ -1,5 +1,5 @@
-//! Detection of repeated scenes (`ESTIMATOR.md`, section 14): a standing vehicle sends the same matches for minutes,
-//! outliers included. All of them are one measurement.
+//! Detection of repeated scenes (`ESTIMATOR.md`, section 14). A standing vehicle may send the same matches for minutes,
+//! outliers included. All these pairs together are only one measurement.
 
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
@@ -14,33 +14,33 @@ pub(super) enum Seen {
     New,
     /// The same scene, measured again.
     Repeated,
-    /// The same matches, which are not a new measurement.
+    /// The same matches as before, not measured again.
     Copied,
 }
 
 impl Seen {
-    /// Whether the pair adds nothing.
+    /// Returns whether the pair adds no information, as a repeated scene or a copy.
     pub(super) fn is_repeated(self) -> bool {
         self != Self::New
     }
 }
 
-/// Samples of the correspondences of the last fused pair and of the current pair. RAM: 6 bytes each.
+/// Sampled correspondences of the last fused pair and of the current pair. RAM: 6 bytes per sample.
 #[derive(Debug, Clone)]
 pub(super) struct RepeatedScene {
     remembered: Sampled,
-    /// Samples of the pair that was started last, until it is fused.
+    /// Samples of the pair that was compared last.
     at_hand: Sampled,
 }
 
-/// Short length, as in a batch.
+/// Samples, with a length of 8 bits: if a fault overwrites the memory, a wrong length still gives a slice.
 type Sampled = heapless::Vec<[u16; 3], REMEMBERED, u8>;
 
 impl RepeatedScene {
     pub(super) const NEW: Self =
         Self { remembered: heapless::Vec::new(), at_hand: heapless::Vec::new() };
 
-    /// Whether the lengths are within their capacities.
+    /// Returns whether the lengths are within their capacities.
     pub(super) fn is_within(&self) -> bool {
         [&self.remembered, &self.at_hand].into_iter().all(|sampled| sampled.len() <= REMEMBERED)
     }
@@ -52,7 +52,7 @@ impl RepeatedScene {
         self.at_hand.clear();
         let stride = pairs.len().div_ceil(REMEMBERED).max(1);
         for pair in pairs.iter().step_by(stride) {
-            // The stride leaves room for all.
+            // With this stride the samples fit the capacity.
             let _ = self.at_hand.push(coordinates(pair, scale));
         }
         let [again, copied] = self.seen_again(pairs, scale);
@@ -67,12 +67,15 @@ impl RepeatedScene {
         }
     }
 
-    /// Remembers the batch that was compared last, because its pair has been fused.
+    /// Remembers the batch that was compared last. Called after its pair has been fused.
     pub(super) fn remember(&mut self) {
         self.remembered.clone_from(&self.at_hand);
     }
 
-    /// Counts the remembered correspondences that a batch contains, and those that have not moved.
+    /// Returns the number of remembered correspondences that a batch contains, and the number that have not moved at
+    /// all.
+    ///
+    /// * `scale`: coordinate steps per unit at unit depth.
     fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> [u32; 2] {
         if self.remembered.is_empty() {
             return [0; 2];
@@ -114,7 +117,8 @@ impl RepeatedScene {
     }
 }
 
-/// Sets of remembered correspondences, one bit each, by one coordinate: 16 buckets of 8 px, periodic.
+/// Remembered correspondences by one coordinate: 16 periodic buckets of 8 px, each a set with one bit per
+/// correspondence.
 struct Buckets([u32; 16]);
 
 impl Buckets {
@@ -122,7 +126,7 @@ impl Buckets {
     fn of(remembered: impl Iterator<Item = u16>) -> Self {
         let mut buckets = Self([0; 16]);
         for (steps, place) in remembered.zip(0_u32..) {
-            // Both ends of the tolerance, which is narrower than a bucket.
+            // Enters both ends of the tolerance interval, which is narrower than a bucket.
             for end in [steps.saturating_sub(SAME_STEPS), steps.saturating_add(SAME_STEPS)] {
                 if let Some(bucket) = buckets.0.get_mut(Self::of_coordinate(end)) {
                     *bucket |= 1_u32.checked_shl(place).unwrap_or(0);
@@ -132,7 +136,7 @@ impl Buckets {
         buckets
     }
 
-    /// Remembered correspondences within the tolerance of a coordinate.
+    /// Returns the remembered correspondences that may be within the tolerance of a coordinate.
     fn near(&self, steps: u16) -> u32 {
         self.0.get(Self::of_coordinate(steps)).copied().unwrap_or(0)
     }
@@ -142,16 +146,16 @@ impl Buckets {
     }
 }
 
-/// Left column, left row and right column, in steps from a corner beyond any image; the right row is nearly the left
-/// one.
+/// Returns left column, left row and right column, in steps from a corner outside any image. The right row is omitted,
+/// because it nearly equals the left row.
 fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
     let ([a, b], [c, _]) = (pair.left(), pair.right());
     [steps(a, scale), steps(b, scale), steps(c, scale)]
 }
 
-/// Coordinate of a ray at unit depth in steps of the quantisation, plus 32,768.
+/// Returns a coordinate of a ray at unit depth, in quantisation steps plus 32,768.
 ///
-/// * `scale`: steps per unit.
+/// * `scale`: steps per unit at unit depth.
 fn steps<T: Scalar>(x: T, scale: T) -> u16 {
     (x * scale + T::lit(32_768.0)).to_u16()
 }
@@ -172,7 +176,7 @@ mod tests {
     const FOCAL: f32 = 1400.0;
 
     impl RepeatedScene {
-        /// Compares a pair and remembers it; returns whether it repeats the last one.
+        /// Compares a pair and remembers it. Returns whether the pair repeats the previous one.
         fn takes(&mut self, pairs: &[RayPair<f32>], focal: f32) -> bool {
             let seen = self.compare(pairs, focal);
             self.remember();
@@ -189,7 +193,8 @@ mod tests {
         (0..n).map(|_| one()).collect()
     }
 
-    /// Rays of a scene, all coordinates moved by `shift_px` and each by noise up to `noise_px`.
+    /// Returns the rays of a scene, with all coordinates shifted by `shift_px` and with uniform noise of up to
+    /// `noise_px` on each.
     fn rays(scene: &[[f32; 4]], shift_px: f32, noise_px: f32, seed: u64) -> Vec<RayPair<f32>> {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let ray = |at: &[f32; 4]| {
@@ -207,7 +212,7 @@ mod tests {
             let mut repeated_scene = RepeatedScene::NEW;
             assert!(!repeated_scene.takes(&rays(&scene, 0.0, 0.5, 0), FOCAL));
             for seed in 1..20 {
-                // Uniform noise of +-0.5 px: a deviation of 0.3 px.
+                // Uniform noise of +-0.5 px has a standard deviation of 0.3 px.
                 assert!(repeated_scene.takes(&rays(&scene, 0.0, 0.5, seed), FOCAL), "{n} {seed}");
             }
         }
@@ -218,7 +223,7 @@ mod tests {
         let seen = scene(256, 2);
         let mut repeated_scene = RepeatedScene::NEW;
         for k in 0..20_u8 {
-            // 4 px a pair: further than the tolerance of a coordinate.
+            // 4 px per pair is more than the tolerance of a coordinate.
             let moved = rays(&seen, 4.0 * f32::from(k), 0.5, k.into());
             assert!(!repeated_scene.takes(&moved, FOCAL), "{k}");
         }
@@ -227,7 +232,7 @@ mod tests {
         }
     }
 
-    /// Whether the second batch counts as the scene of the first.
+    /// Returns whether the second batch counts as the same scene as the first.
     fn repeats(first: &[[f32; 4]], second: &[RayPair<f32>]) -> bool {
         let mut repeated_scene = RepeatedScene::NEW;
         repeated_scene.takes(&rays(first, 0.0, 0.0, 0), FOCAL);
@@ -318,7 +323,7 @@ mod tests {
                 assert_eq!(repeated_scene.compare(&pairs, FOCAL), expected, "{noise_px} {seed}");
             }
         }
-        // At most a tenth of the matches differ.
+        // A copy may differ from its original in at most a tenth of the matches.
         let changed = |part: usize| {
             let mut pairs = rays(&seen, 0.0, 0.0, 0);
             let others = rays(&scene(256, 14), 0.0, 0.0, 0);

@@ -1,4 +1,4 @@
-//! The reported estimate, and the part of it that is applied (`ESTIMATOR.md`, section 16).
+//! The reported estimate, and its part that is applied (`ESTIMATOR.md`, section 16).
 
 use nalgebra::{Vector2, Vector3};
 
@@ -22,7 +22,7 @@ use crate::thresholds::{
 };
 
 impl<T: Scalar> Fusion<T> {
-    /// The estimate; `None` before the first pair, or without a covariance.
+    /// Returns the estimate; `None` before the first pair, or without a valid covariance.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,
@@ -32,7 +32,7 @@ impl<T: Scalar> Fusion<T> {
         let hypothesis = self.hypotheses.reported()?;
         let covariance = hypothesis.reported_covariance(context)?;
         let with_lens = self.with_lens(hypothesis, &covariance, context);
-        // With the lens uncertain, no direction is better known from rows than without.
+        // An uncertain lens cannot reduce a variance, so an estimate that violates this is not reported.
         let WithLens { covariance: wide, .. } = with_lens.as_ref()?;
         let mut variances = wide.diagonal().into_iter().zip(covariance.diagonal());
         if !variances.all(|(wide, given)| wide * T::lit(2.0) >= given) {
@@ -42,10 +42,10 @@ impl<T: Scalar> Fusion<T> {
         self.propose(hypothesis, &covariance, &of_mount, context, in_use)
     }
 
-    /// The reported and the applied part of an estimate. Out of line, as [`Self::concluded`]: the estimate of the lens
-    /// takes most of the stack.
+    /// Returns the reported and the applied part of an estimate. Out of line, like [`Self::concluded`], because the
+    /// estimate of the lens takes most of the stack.
     ///
-    /// * `covariance`: covariance with the lens as given, rad^2.
+    /// * `covariance`: covariance if the given lens is exact, rad^2.
     #[inline(never)]
     fn propose(
         &self,
@@ -95,8 +95,8 @@ impl<T: Scalar> Fusion<T> {
         })
     }
 
-    /// Whether the estimate is clearly better than the extrinsics in use, over all pairs, and differs by more than
-    /// chance; `None` if the sums belong to other cameras.
+    /// Returns whether the estimate fits all pairs clearly better than the extrinsics in use, and differs from them by
+    /// more than chance. `None` if the sums belong to other cameras.
     ///
     /// * `covariance`: covariance of the estimate, rad^2.
     #[inline(never)]
@@ -117,10 +117,12 @@ impl<T: Scalar> Fusion<T> {
         Some(differs && hypothesis.fits_clearly_better_than(&in_use.extrinsics))
     }
 
-    /// The baseline in use, and the best `R` for it; without a fit of `R` nothing changes.
+    /// Returns extrinsics with the baseline in use and the `R` fitted to it. Without a fit of `R`, returns the
+    /// extrinsics in use.
     ///
-    /// * `known`: the estimate, if its baseline is known; returned instead if its rows are clearly better.
-    /// * `turn`: turn from the yaw of the rows to that of the mount.
+    /// * `known`: the estimate, if its baseline is known. It is returned instead if its row offsets are clearly
+    ///   smaller.
+    /// * `turn`: rotation from the yaw that the rows show to the yaw of the mount, rad.
     #[inline(never)]
     fn with_baseline_of(
         &self,
@@ -140,7 +142,8 @@ impl<T: Scalar> Fusion<T> {
         mount.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// The estimate with the lens uncertain, and compensated if configured; `None` if the lens has no finite solution.
+    /// Returns the estimate with an uncertain lens, compensated if configured; `None` if the lens has no finite
+    /// solution.
     #[inline(never)]
     fn with_lens(
         &self,
@@ -157,7 +160,7 @@ impl<T: Scalar> Fusion<T> {
         Some(self.concluded(hypothesis, &lens, covariance, context))
     }
 
-    /// [`Self::with_lens`] from the estimate of the lens.
+    /// Returns the result of [`Self::with_lens`] from an estimate of the lens.
     #[inline(never)]
     fn concluded(
         &self,
@@ -178,7 +181,7 @@ impl<T: Scalar> Fusion<T> {
         WithLens { pose: compensated, covariance: wide, correction, found }
     }
 
-    /// The part of the yaw of the rows that belongs to the mount.
+    /// Returns the estimate with the yaw that the rows show split into a mount part and a lens part.
     fn of_mount(&self, with_lens: &WithLens<T>, context: &Context<'_, T>) -> OfMount<T> {
         let mut estimate = *with_lens;
         let [_, variance, ..] = estimate.covariance.diagonal();
@@ -190,8 +193,8 @@ impl<T: Scalar> Fusion<T> {
         OfMount { estimate, turn: yaw.mount() - rows.turn, lens_yaw }
     }
 
-    /// The pose for the compensated lens. `None` if the lens is only reported, or the pose exceeds the correction
-    /// limit, as for a far pair that does not observe the baseline.
+    /// Returns the pose for the compensated lens. `None` if the lens is only reported, or if the pose exceeds the
+    /// correction limit, for instance with a far pair that does not observe the baseline.
     fn compensated(
         &self,
         pose: &RectifyingRotations<T>,
@@ -207,25 +210,25 @@ impl<T: Scalar> Fusion<T> {
 
 /// The estimate with the yaw of the mount.
 struct OfMount<T: Scalar> {
-    /// Pose by rows alone; its covariance includes the yaw of the mount.
+    /// Pose as the rows show it. Its covariance belongs to the pose with the yaw of the mount.
     estimate: WithLens<T>,
-    /// Turn from the yaw of the rows to that of the mount, rad.
+    /// Rotation from the yaw that the rows show to the yaw of the mount, rad.
     turn: T,
     lens_yaw: Finding<T>,
 }
 
-/// The estimate with the lens uncertain.
+/// The estimate with an uncertain lens.
 #[derive(Clone, Copy)]
 struct WithLens<T: Scalar> {
     pose: RectifyingRotations<T>,
     /// Covariance of the pose, rad^2.
     covariance: Symmetric5<T>,
-    /// Correction of the cameras that the pose belongs to.
+    /// Lens correction of the cameras that the pose belongs to.
     correction: LensCorrection<T>,
     found: Option<LensEstimate<T>>,
 }
 
-/// Extrinsics with `R` turned about the rectified y, and `t` unchanged.
+/// Returns extrinsics with `R` rotated about the rectified y by `turn`, rad, and `t` unchanged.
 fn with_rotation_turned<T: Scalar>(of: &Extrinsics<T>, turn: T) -> Option<Extrinsics<T>> {
     if turn == T::ZERO {
         return Some(*of);
@@ -234,18 +237,19 @@ fn with_rotation_turned<T: Scalar>(of: &Extrinsics<T>, turn: T) -> Option<Extrin
     Extrinsics::try_new(turned.rotation().matrix(), of.translation()).ok()
 }
 
-/// Extrinsics of a pose of the rows, turned about y.
+/// Returns the extrinsics of a pose after a rotation of `R` about y by `turn`, rad.
 fn turned<T: Scalar>(rows: &RectifyingRotations<T>, turn: T) -> Option<Extrinsics<T>> {
-    // A step of 0 would round.
+    // A step of 0 would introduce rounding errors.
     if turn == T::ZERO {
         return rows.extrinsics().ok();
     }
     rows.stepped(&(Vector3::y() * turn), &Vector2::zeros())?.extrinsics().ok()
 }
 
-/// Doubts of a hypothesis by a second crowd of matches and by the image halves.
+/// Returns the doubts about a hypothesis that follow from a second crowd of matches and from the image halves.
 ///
-/// * `exact`: whether the lens models are taken as exact. Otherwise halves that disagree widen the deviations only.
+/// * `exact`: whether the lens models count as exact. Otherwise halves that disagree only widen the standard
+///   deviations.
 fn doubts<T: Scalar>(hypothesis: &Hypothesis<T>, exact: bool) -> Reasons {
     let [named, biased] = MAX_DISAGREEMENT.map(T::lit);
     let disagreement = hypothesis.disagreement();
@@ -255,7 +259,10 @@ fn doubts<T: Scalar>(hypothesis: &Hypothesis<T>, exact: bool) -> Reasons {
         .with(Reason::Biased, exact && disagreement > biased)
 }
 
-/// Whether the baseline in use is off by more than chance: its squared distance over the covariance of the estimate.
+/// Returns whether the baseline in use differs from the estimate by more than chance, by its squared Mahalanobis
+/// distance.
+///
+/// * `covariance`: covariance of the estimate, rad^2.
 fn baseline_differs<T: Scalar>(
     pose: &RectifyingRotations<T>,
     in_use: &Extrinsics<T>,
@@ -280,7 +287,7 @@ mod tests {
         let mut covariance = Symmetric5::of_diagonal([variance; 5]);
         let [.., b, _] = &mut covariance.0;
         *b = correlation * variance;
-        // Squared distance of a step (x, y): (x^2 - 2 rho x y + y^2) / (1 - rho^2).
+        // The squared distance of a step (x, y), in deviations, is (x^2 - 2 rho x y + y^2) / (1 - rho^2).
         let differs = |x: f64, y: f64| {
             let in_use = truth().stepped_by(&Vector5::new(0.0, 0.0, 0.0, x * sd, y * sd)).unwrap();
             baseline_differs(&truth(), &in_use.extrinsics().unwrap(), &covariance)

@@ -1,5 +1,5 @@
-//! Turns of the baseline that are tried before the first champion (`ESTIMATOR.md`, section 13). The most common
-//! mistakes of a rig file and of a matcher are such turns.
+//! Rotations of the baseline that are tried before the first champion (`ESTIMATOR.md`, section 13). They correspond to
+//! the most common mistakes in a rig file and in a matcher.
 
 use nalgebra::{Unit, Vector3};
 
@@ -8,19 +8,19 @@ use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 
-/// Turn of the baseline about the optical axis of the right camera, from x to y.
+/// Rotation of the baseline about the optical axis of the right camera, from x to y.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Turn {
-    /// Cameras one above the other, or u and v exchanged.
+    /// A quarter turn: cameras one above the other, or u and v exchanged.
     Quarter,
-    /// Left and right exchanged, or `t` of the other sign.
+    /// A half turn: left and right exchanged, or `t` with the wrong sign.
     Half,
-    /// A quarter in the other direction.
+    /// A quarter turn in the other direction.
     ThreeQuarters,
 }
 
 impl Turn {
-    /// Cycles through the turns.
+    /// Returns a turn for a number; successive numbers cycle through the turns.
     pub(super) fn of_number(number: u16) -> Self {
         match number % 3 {
             0 => Self::Quarter,
@@ -29,7 +29,7 @@ impl Turn {
         }
     }
 
-    /// The cause that a fit with this turn shows.
+    /// Returns the rejection that a good fit with this turn indicates.
     pub(super) fn error(self) -> Rejection {
         match self {
             Self::Half => Rejection::Behind,
@@ -37,7 +37,8 @@ impl Turn {
         }
     }
 
-    /// Extrinsics with the baseline turned; `None` where they cannot be rectified.
+    /// Returns the rectification of the given extrinsics with the baseline turned; `None` if the turned extrinsics are
+    /// not valid.
     pub(super) fn of<T: Scalar>(self, given: &Extrinsics<T>) -> Option<RectifyingRotations<T>> {
         let t: &Unit<Vector3<T>> = given.translation();
         let [x, y] = match self {

@@ -1,7 +1,7 @@
-//! Vibration: the motion of a rig from pair to pair about a constant mean (`ESTIMATOR.md`, section 14).
+//! Vibration: random motion of a rig from pair to pair about a constant mean (`ESTIMATOR.md`, section 14).
 //!
-//! Optima of successive pairs are compared with each other, not with the estimate. Each distance gives one estimate of
-//! a variance; the median of the last ones counts, so that a knock is one outlier among many.
+//! The optima of successive pairs are compared with each other, not with the estimate. Each distance gives one estimate
+//! of a variance. The median of the latest estimates decides, so that a knock is only one outlier among many.
 
 use nalgebra::Vector5;
 
@@ -16,26 +16,27 @@ use crate::thresholds::{
     VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD, VIBRATION_RATIO,
 };
 
-/// Number of samples of the median, a size of the memory layout.
+/// Number of samples of the median; `SAMPLES` sizes the arrays.
 const SAMPLES: usize = 15;
 const RING: u32 = 15;
 
-/// Multiple of median and deviation at which a sample of the mean is clipped.
+/// Multiple of the sum of median and standard deviation at which a sample of the mean is clipped.
 const CLIPPED: f64 = 6.0;
 
-/// Number of times that the variance enters the square of a distance, with two constants of that number. They are not
-/// computed at run time, because a controller divides `f64` in software.
+/// Factor of the variance in the square of a distance, with two constants derived from it. They are computed at compile
+/// time, because a controller divides `f64` in software.
 struct Times<T> {
-    /// The number of times.
+    /// Factor of the variance, dimensionless.
     factor: T,
-    /// Deviation of one estimate over the root of the summed squares.
+    /// Standard deviation of one estimate times `sqrt(tr S^-2)`, where `S` is the covariance of the distance.
     spread: T,
-    /// Variance of a distance of a rigid rig, rad^2.
+    /// Variance that the motion of a rigid rig adds to a distance, rad^2.
     rigid: T,
 }
 
 impl<T: Scalar> Times<T> {
-    /// Kind 0: distance between two pairs. Otherwise: distance of a pair from the middle of its neighbours.
+    /// Returns the constants of a kind of distance. Kind 0 is the distance between two pairs; any other kind is the
+    /// distance of a pair from the mean of its neighbours.
     fn of(kind: usize) -> Self {
         if kind == 0 { Self::constant(2.0) } else { Self::constant(1.5) }
     }
@@ -50,10 +51,10 @@ impl<T: Scalar> Times<T> {
     }
 }
 
-/// Deviation of the median of normal numbers over the deviation of their mean.
+/// Standard deviation of the median of normal numbers over the standard deviation of their mean.
 const MEDIAN_DEVIATION: f64 = 1.2533;
 
-/// Variance of an unknown that is left out, rad^2: it carries no information but has an inverse.
+/// Variance of an unknown that is left out, rad^2. It carries almost no information, but keeps the matrix invertible.
 const LEFT_OUT: f64 = 1e6;
 
 /// Unknowns with a common variance.
@@ -64,7 +65,7 @@ enum Block {
 }
 
 impl Block {
-    /// A distance and its covariance, restricted to these unknowns.
+    /// Returns a distance and its covariance, restricted to the unknowns of the block.
     fn of<T: Scalar>(self, d: &Vector5<T>, covariance: &Symmetric5<T>) -> Distance<T> {
         let [h0, h1, h2, h3, h4, h5, .., h9, _, _, _, h13, h14] = covariance.0;
         let ([[a, b, c, y, z]], zero, out) = (d.data.0, T::ZERO, T::lit(LEFT_OUT));
@@ -85,7 +86,7 @@ impl Block {
     }
 }
 
-/// Distance of two optima, or of one optimum from the middle of two.
+/// Distance between two optima, or of one optimum from the mean of two others.
 struct Distance<T: Scalar> {
     /// Distance, rad.
     d: Vector5<T>,
@@ -94,9 +95,9 @@ struct Distance<T: Scalar> {
 }
 
 impl<T: Scalar> Distance<T> {
-    /// Estimate of the variance by this distance.
+    /// Returns an estimate of the variance from this distance.
     ///
-    /// * `known`: the variance so far; `times`: number of times that it enters the squared distance.
+    /// * `known`: current estimate of the variance, rad^2; `times`: factor of the variance in the squared distance.
     fn variance(&self, known: T, times: &Times<T>) -> Option<Sample<T>> {
         let trace = |m: &Symmetric5<T>| m.diagonal().into_iter().fold(T::ZERO, |sum, d| sum + d);
         let mut expected = self.covariance;
@@ -104,7 +105,7 @@ impl<T: Scalar> Distance<T> {
         let factor = expected.factor(T::ZERO)?;
         let (pull, inverse) = (factor.solve(&self.d), factor.inverse());
         let (sum, squares) = (trace(&inverse), inverse.dot(&inverse));
-        // Median of a chi-square over its mean (Wilson and Hilferty).
+        // Cube root of the median of a chi-square variable over its mean (Wilson and Hilferty).
         let root = T::ONE - T::lit(2.0 / 9.0) * squares / (sum * sum);
         let estimate = |form: T| known + (form - sum) / (squares * times.factor);
         let form = pull.norm_squared();
@@ -124,47 +125,49 @@ impl<T: Scalar> Distance<T> {
     }
 }
 
-/// Estimate of a variance by one distance, rad^2; negative by chance.
+/// Estimates of a variance from one distance, rad^2; negative by chance.
 struct Sample<T> {
     /// Estimate whose median is the variance.
     median: T,
     /// Estimate whose mean is the variance.
     mean: T,
-    /// Its deviation with the variance so far.
+    /// Standard deviation of an estimate for the current variance.
     spread: T,
-    /// Deviation for a rigid rig.
+    /// Standard deviation of an estimate for a rigid rig.
     deviation: T,
 }
 
-/// Largest variance, rad^2.
+/// Returns the largest variance, rad^2.
 fn most<T: Scalar>() -> T {
     T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD)
 }
 
-/// The last estimates of one variance by one kind of distance, the newest first.
+/// The latest estimates of one variance from one kind of distance, newest first.
 #[derive(Debug, Clone, Copy)]
 struct Samples<T> {
     /// Estimates, rad^2; negative by chance.
     values: [T; SAMPLES],
-    /// Running mean of the deviation of an estimate for a rigid rig, rad^2.
+    /// Running mean of the standard deviation of an estimate for a rigid rig, rad^2.
     deviation: T,
-    /// Running mean over more estimates, rad^2.
+    /// Running mean of the clipped estimates, over more pairs than `values`, rad^2.
     mean: T,
 }
 
 impl<T: Scalar> Samples<T> {
     const NONE: Self = Self { values: [T::ZERO; SAMPLES], deviation: T::ZERO, mean: T::ZERO };
 
+    /// Adds an estimate.
+    ///
     /// * `count`: number of samples, including this one.
     fn add(&mut self, Sample { median, mean, spread, deviation }: Sample<T>, count: u32) {
-        // One by one: `rotate_right` would link `memmove`.
+        // Moves the values one by one, because `rotate_right` would link `memmove`.
         self.values.iter_mut().fold(median, |newer, value| core::mem::replace(value, newer));
         self.deviation += (deviation - self.deviation) / T::count(count.clamp(1, RING));
         let [median, _] = self.median(newest(count));
-        // Clips the contribution of a knock.
+        // The limit clips the contribution of a knock.
         let largest = (median.max(T::ZERO) + spread) * T::lit(CLIPPED);
         self.mean += (mean.min(largest) - self.mean) / T::count(count.max(1));
-        // The mean is stale (below 1/4 or above 16 times the median): restart at the median. The upper limit is wider
+        // A mean below 1/4 or above 16 times the median is stale, and restarts at the median. The upper limit is wider,
         // because medians of a few samples are more often too low than too high.
         let ratio = T::lit(VIBRATION_RATIO);
         if !(self.mean > median / ratio && self.mean < median * ratio * ratio) {
@@ -172,7 +175,7 @@ impl<T: Scalar> Samples<T> {
         }
     }
 
-    /// Median of the newest samples, and its deviation for a rigid rig.
+    /// Returns the median of the newest samples, and its standard deviation for a rigid rig, rad^2.
     fn median(&self, newest: usize) -> [T; 2] {
         let mut sorted = self.values;
         let Some(part) = sorted.get_mut(..newest) else { return [T::ZERO; 2] };
@@ -183,10 +186,10 @@ impl<T: Scalar> Samples<T> {
         [median, self.deviation * T::lit(MEDIAN_DEVIATION) / n.sqrt()]
     }
 
-    /// The variance, 0 without a sign of vibration.
+    /// Returns the variance, rad^2; 0 if there is no sign of vibration.
     ///
-    /// * `count`: number of samples; `before`: previous variance; if positive, a weaker sign is enough.
-    /// * `scatter`: variance of the pairs over their covariance.
+    /// * `count`: number of samples; `before`: previous variance, rad^2. If it is positive, a weaker sign is enough.
+    /// * `scatter`: ratio of the observed variance of the pairs to their covariance, dimensionless.
     fn variance(&self, count: u32, before: T, scatter: T) -> T {
         let count = newest(count);
         if count < MIN_VIBRATION_SAMPLES {
@@ -209,12 +212,12 @@ impl<T: Scalar> Samples<T> {
     }
 }
 
-/// Number of samples in the ring.
+/// Returns the number of samples that are stored.
 fn newest(count: u32) -> usize {
     usize::try_from(count).unwrap_or(SAMPLES).min(SAMPLES)
 }
 
-/// Insertion sort, because the sort of the standard library can panic.
+/// Sorts in ascending order by insertion, because the sort of the standard library can panic.
 fn sort<T: Scalar>(values: &mut [T]) {
     for end in 2..=values.len() {
         let mut rest = values.get_mut(..end).unwrap_or_default();
@@ -232,17 +235,18 @@ fn sort<T: Scalar>(values: &mut [T]) {
 /// Optimum of a pair alone.
 #[derive(Debug, Clone, Copy)]
 struct PairOptimum<T: Scalar> {
-    /// Unknowns from the factory extrinsics, rad; for near poses their differences are distances.
+    /// Unknowns relative to the factory extrinsics, rad. Differences of these unknowns approximate the distances of
+    /// nearby poses.
     at: Vector5<T>,
     covariance: Symmetric5<T>,
 }
 
-/// A vibration without its samples.
+/// Variances of a vibration, without the samples.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct KnownVibration<T> {
     /// Variances, rad^2.
     pub(crate) variances: BlockVariances<T>,
-    /// Deviations of a sample for a rigid rig: of rotation and of baseline, rad^2.
+    /// Standard deviations of a sample for a rigid rig: for rotation and for baseline, rad^2.
     pub(crate) deviations: [T; 2],
 }
 
@@ -251,18 +255,18 @@ impl<T: Scalar> KnownVibration<T> {
         Self { variances: BlockVariances::ZERO, deviations: [T::ZERO; 2] };
 }
 
-/// Estimator of the variances of the vibration.
+/// Estimator of the variances of a vibration.
 #[derive(Debug, Clone)]
 pub(super) struct VibrationEstimator<T: Scalar> {
     last: Option<PairOptimum<T>>,
-    /// The previous pair.
+    /// Optimum of the pair before `last`.
     before: Option<PairOptimum<T>>,
-    /// Samples by first and by second differences: of rotation, of baseline.
+    /// Samples from first and from second differences, each for rotation and for baseline.
     samples: [[Samples<T>; 2]; 2],
-    /// Numbers of samples of both kinds, at most [`AVERAGED_PAIRS`].
+    /// Numbers of samples from first and from second differences, at most [`AVERAGED_PAIRS`].
     counts: [u32; 2],
     variances: BlockVariances<T>,
-    /// Running means of the reduced chi-square of first differences: of rotation, of baseline.
+    /// Running means of the reduced chi-square of first differences, for rotation and for baseline.
     chi_squares: [T; 2],
 }
 
@@ -276,7 +280,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         chi_squares: [T::ONE; 2],
     };
 
-    /// Forgets all pairs, in place.
+    /// Forgets all pairs. Works in place.
     pub(super) fn clear(&mut self) {
         self.interrupt();
         self.samples.iter_mut().flatten().for_each(|samples| *samples = Samples::NONE);
@@ -285,17 +289,17 @@ impl<T: Scalar> VibrationEstimator<T> {
         self.chi_squares = [T::ONE; 2];
     }
 
-    /// Keeps the next pair from being compared with the last one.
+    /// Forgets the last optima, so that the next pair is not compared with earlier pairs.
     pub(super) fn interrupt(&mut self) {
         (self.last, self.before) = (None, None);
     }
 
-    /// Variances of each pair about the rig, rad^2; zero without a sign of vibration.
+    /// Returns the variances of the vibration, rad^2; zero if there is no sign of vibration.
     pub(super) fn variances(&self) -> BlockVariances<T> {
         self.variances
     }
 
-    /// The variances, and the deviations of a sample of each for a rigid rig.
+    /// Returns the variances, and the standard deviation of a sample of each for a rigid rig.
     pub(super) fn known(&self) -> KnownVibration<T> {
         let [[r1, b1], [r2, b2]] = &self.samples;
         let deviation = |a: &Samples<T>, b: &Samples<T>| a.deviation.max(b.deviation);
@@ -305,7 +309,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         }
     }
 
-    /// Starts with a known vibration: fills the ring with samples of it.
+    /// Restarts with a known vibration: fills all samples with its variances.
     pub(super) fn resume(&mut self, known: &KnownVibration<T>) {
         self.clear();
         if known.variances.is_zero() {
@@ -332,7 +336,9 @@ impl<T: Scalar> VibrationEstimator<T> {
         }
     }
 
-    /// Compares the optimum of a pair with those before it.
+    /// Compares the optimum of a pair with the two previous optima.
+    ///
+    /// * `at`: unknowns relative to the factory extrinsics, rad; `covariance`: covariance of the optimum, rad^2.
     fn compare(&mut self, at: Vector5<T>, covariance: Symmetric5<T>) {
         let [last, before] = [self.last, self.before];
         (self.last, self.before) = (Some(PairOptimum { at, covariance }), last);
@@ -349,7 +355,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         self.update();
     }
 
-    /// Counts how far a first difference exceeds its covariance.
+    /// Updates the reduced chi-squares by a first difference, rad, and its covariance, rad^2.
     fn count_scatter(&mut self, d: &Vector5<T>, covariance: &Symmetric5<T>) {
         let [count, _] = self.counts;
         let pairs = T::count(count) + T::lit(CHI_SQUARE_PAIRS);
@@ -361,9 +367,10 @@ impl<T: Scalar> VibrationEstimator<T> {
         }
     }
 
-    /// Adds the samples of one distance.
+    /// Adds the samples for rotation and baseline from one distance.
     ///
-    /// * `kind`: 0 for first differences, 1 for second differences.
+    /// * `kind`: 0 for first differences, 1 for second differences; `d`: distance, rad; `covariance`: covariance of the
+    ///   distance for a rigid rig, rad^2.
     #[inline(never)]
     fn sample(&mut self, kind: usize, d: &Vector5<T>, covariance: &Symmetric5<T>) {
         let known = self.variances.at_least_rigid();
@@ -379,11 +386,12 @@ impl<T: Scalar> VibrationEstimator<T> {
         of_baseline.add(baseline, *count);
     }
 
-    /// Takes the smaller variance of both kinds: a drift enters first differences, and frequent knocks enter second
-    /// differences twice.
+    /// Sets each variance to the smaller of the values from first and from second differences. A drift raises only
+    /// first differences, and each knock enters two second differences but only one first difference.
     ///
-    /// Pairs may scatter beyond their covariances, in all unknowns alike. Cameras that turn also move the baseline, so
-    /// a vibration of the rotation explains that of the baseline.
+    /// Pairs may scatter beyond their covariances, equally in all unknowns; the smaller of the two chi-squares measures
+    /// this scatter. Rotations of the cameras also move the baseline. So if the rotation vibrates, the baseline may
+    /// vibrate too, and its limit is not raised by the scatter.
     fn update(&mut self) {
         let [of_rotation, of_baseline] = self.chi_squares;
         let scatter = of_rotation.min(of_baseline).max(T::ONE);

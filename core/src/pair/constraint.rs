@@ -1,12 +1,12 @@
-//! The epipolar constraint of a correspondence at a pose, its variance, and the derivatives of both, without a
-//! division.
+//! Epipolar constraint of a correspondence at a pose, its variance, and the derivatives of constraint and variance,
+//! without a division.
 //!
-//! Rectified rays `a = R_l p_l`, `b = R_r p_r` give `C = y_a z_b - z_a y_b`: the row offset of eq 11 times `z_a z_b`.
-//! Unit noise on the four image coordinates gives `C` the variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`,
-//! to first order, at unit depth, with `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and `g_b` likewise from `R_l`. The gauge
-//! of eq 8 makes `R_r[1][2]` zero. `C / sqrt V` is the whitened residual (Sampson). The root is never taken: squares
-//! and products of whitened quantities are squares and products of plain quantities over `V`. Derivation: `ESTIMATOR.md`, sections 2
-//! to 4.
+//! Rectified rays `a = R_l p_l`, `b = R_r p_r` give the constraint `C = y_a z_b - z_a y_b`, which is the row offset of
+//! eq 11 times `z_a z_b`. If the four image coordinates at unit depth have unit variance, `C` has to first order the
+//! variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`. Here `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and
+//! `g_b = R_l[2][2] y_b - R_l[1][2] z_b`. The gauge of eq 8 makes `R_r[1][2]` zero. `C / sqrt V` is the whitened
+//! residual (Sampson). No square root is needed, because only squares and products of whitened quantities occur:
+//! squares and products of the unwhitened quantities, divided by `V`. Derivation: `ESTIMATOR.md`, sections 2 to 4.
 
 use nalgebra::Matrix3;
 
@@ -38,11 +38,12 @@ pub(super) struct Constraint<T> {
     b: [T; 3],
     /// `g_b`.
     g: T,
-    /// Half the derivatives of `V` by `y_b` and `z_b`.
+    /// Half the derivatives of `V` with respect to `y_b` and `z_b`.
     by_b: [T; 2],
     /// `C`.
     pub(super) value: T,
-    /// Derivatives of `C`, 1/rad: by turn of `R` about rectified x, y, z, then of the baseline about y, z.
+    /// Derivatives of `C`, 1/rad: with respect to rotations of `R` about rectified x, y, z, then of the baseline about
+    /// y, z.
     pub(super) jacobian: [T; 5],
     /// `V`.
     pub(super) variance: T,
@@ -59,7 +60,7 @@ impl<T: Scalar> PoseTerms<T> {
 }
 
 impl<T: Scalar> Constraint<T> {
-    /// Constraint of a correspondence; `None` behind a camera, where it tells nothing.
+    /// Returns the constraint of a correspondence; `None` if a ray points behind a rectified camera.
     ///
     /// * `[x_l, y_l, x_r, y_r]`: undistorted rays in the camera frames, unit depth.
     #[inline(always)]
@@ -92,28 +93,29 @@ impl<T: Scalar> Constraint<T> {
         })
     }
 
-    /// Whether the disparity is at least `least`, unit depth; compared without a division.
+    /// Returns whether the disparity at unit depth is at least `least`. The comparison needs no division.
     pub(super) fn has_disparity(&self, least: T) -> bool {
         let [disparity, least] = self.disparity_over(least);
         disparity >= least
     }
 
-    /// The disparity, and `least`, unit depth: both times the depths of the rectified rays.
+    /// Returns the disparity and `least`, both at unit depth, each multiplied by the depths `z_a z_b` of the rectified
+    /// rays.
     pub(super) fn disparity_over(&self, least: T) -> [T; 2] {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         let [.., disparity] = self.jacobian;
         [disparity, least * (z_a * z_b)]
     }
 
-    /// The row offset of eq 11, unit depth.
+    /// Returns the row offset of eq 11 at unit depth, dimensionless.
     pub(super) fn row_offset(&self) -> T {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         self.value / (z_a * z_b)
     }
 
-    /// Coordinates `k` that [`crate::algebra::moments`] sums. Nine of `b a^T`: `cx`, `cy`, `cz`, `xx`, `yy`, `zz`,
-    /// `xy`, `xz`, `yz`. Three derivatives by the lens: `k1` of the left camera, of the right one, and `p1` of the
-    /// right less the left one.
+    /// Returns the coordinates `k` that [`crate::algebra::moments`] sums. Nine are products of the rays, from `b a^T`:
+    /// `cx`, `cy`, `cz`, `xx`, `yy`, `zz`, `xy`, `xz`, `yz`. Three are derivatives of `C` with respect to the lens:
+    /// `k1` of the left camera, `k1` of the right camera, and the difference of `p1`, right minus left.
     ///
     /// * `rays`: as in [`Self::of`].
     pub(super) fn coordinates(
@@ -125,7 +127,7 @@ impl<T: Scalar> Constraint<T> {
         let [_, [_, r_22, _], [_, r_32, r_33]] = frame.right;
         let (rows_l, rows_r) = (y_l * y_l, y_r * y_r);
         let (squared_l, squared_r) = (x_l * x_l + rows_l, x_r * x_r + rows_r);
-        // The noise scales with the correction: of each camera half.
+        // The lens correction scales the noise; each camera contributes half.
         let scaled = |squared: T, rows: T| self.value * (rows - T::HALF * squared);
         let [_, _, _, down, disparity] = self.jacobian;
         [
@@ -144,9 +146,9 @@ impl<T: Scalar> Constraint<T> {
         ]
     }
 
-    /// Derivatives of `C / sqrt V` times `sqrt V`, 1/rad: `J - (C / V) dV / 2`.
+    /// Returns the derivatives of `C / sqrt V` times `sqrt V`, 1/rad: `J - (C / V) dV / 2`.
     ///
-    /// * `share`: `C / V`.
+    /// * `share`: `C / V`, dimensionless.
     #[inline(always)]
     pub(super) fn whitened_jacobian(&self, frame: &PoseTerms<T>, share: T) -> [T; 5] {
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
@@ -169,7 +171,7 @@ impl<T: Scalar> Constraint<T> {
     }
 }
 
-/// Ray `(x, y, 1)` after the rotation with rows `r1`, `r2`, `r3`.
+/// Rotates the ray `(x, y, 1)` by the matrix with rows `r1`, `r2`, `r3`.
 #[inline(always)]
 fn rotated<T: Scalar>([r1, r2, r3]: &[[T; 3]; 3], x: T, y: T) -> [T; 3] {
     [
@@ -191,7 +193,7 @@ mod tests {
 
     type Rays = [f64; 4];
 
-    /// A pose, and rays `x_l`, `y_l`, `x_r`, `y_r` on any rows.
+    /// Generates a pose, and rays `x_l`, `y_l`, `x_r`, `y_r` on any rows.
     fn scene() -> impl Strategy<Value = (RectifyingRotations<f64>, Rays)> {
         let rays = [-0.7..0.7, -0.5..0.5, -0.7..0.7, -0.5..0.5];
         ([-0.2..0.2, -0.2..0.2, -0.2..0.2], [-0.3..0.3, -0.3..0.3], rays)
@@ -202,19 +204,19 @@ mod tests {
         Constraint::of(&PoseTerms::at(pose), rays).unwrap()
     }
 
-    /// `C / sqrt V`.
+    /// Returns `C / sqrt V`.
     fn whitened(pose: &RectifyingRotations<f64>, rays: Rays) -> f64 {
         let Constraint { value, variance, .. } = at(pose, rays);
         value / variance.sqrt()
     }
 
-    /// Central difference of fourth order.
+    /// Returns the central difference of fourth order.
     fn difference(of: impl Fn(f64) -> f64) -> f64 {
         let h = 1e-3;
         (8.0 * (of(h) - of(-h)) - (of(2.0 * h) - of(-2.0 * h))) / (12.0 * h)
     }
 
-    /// Differences by the five unknowns of the pose.
+    /// Returns the derivatives with respect to the five unknowns of the pose, by central differences.
     fn by_pose(
         pose: &RectifyingRotations<f64>,
         of: impl Fn(&RectifyingRotations<f64>) -> f64,
@@ -223,7 +225,7 @@ mod tests {
         core::array::from_fn(|i| difference(|h| of(&moved(i, h))))
     }
 
-    /// Squared length of the gradient by the four coordinates.
+    /// Returns the squared length of the gradient with respect to the four image coordinates.
     fn gradient_squared(rays: Rays, of: impl Fn(Rays) -> f64) -> f64 {
         let moved = |i, h| core::array::from_fn(|k| rays[k] + if k == i { h } else { 0.0 });
         (0..4_usize).map(|i| difference(|h| of(moved(i, h))).powi(2)).sum()
@@ -250,7 +252,7 @@ mod tests {
         #[test]
         fn half_the_derivatives_of_the_variance_match_central_differences((pose, rays) in scene()) {
             let constraint = at(&pose, rays);
-            // With `C / V` = 1 they are the difference of plain and whitened derivatives.
+            // For `C / V` = 1, half the derivatives of `V` are the plain minus the whitened derivatives.
             let whole = constraint.whitened_jacobian(&PoseTerms::at(&pose), 1.0);
             let numeric = by_pose(&pose, |pose| at(pose, rays).variance / 2.0);
             for ((plain, whole), half) in constraint.jacobian.into_iter().zip(whole).zip(numeric) {
@@ -289,7 +291,7 @@ mod tests {
         fn coordinates_of_the_lens_match_central_differences((pose, rays) in scene()) {
             let [x_l, y_l, x_r, y_r] = rays;
             let constraint = at(&pose, rays);
-            // Homogeneous rays with an error of the lens taken out.
+            // Constraint of homogeneous rays that are corrected for an error of the lens.
             let of = |left: Vector3<f64>, right: Vector3<f64>| {
                 let (a, b) = (pose.left() * left, pose.right() * right);
                 a.y * b.z - a.z * b.y
@@ -301,7 +303,7 @@ mod tests {
             let by_k1_l = difference(|k| of(left + z * (k * squared_l), right));
             let by_k1_r = difference(|k| of(left, right + z * (k * squared_r)));
             let by_p1 = difference(|p| of(left, right - along * p));
-            // Effect of the correction on the noise, half of it by each camera.
+            // Effect of the correction on the noise; each camera contributes half.
             let noise = |squared: f64, y: f64| constraint.value * (squared / 2.0 - y * y);
             let [.., k1_l, k1_r, p1] =
                 constraint.coordinates(&PoseTerms::at(&pose), rays);
@@ -322,7 +324,7 @@ mod tests {
         fn unit_noise_on_the_coordinates_gives_it_unit_deviation(
             (pose, [x, y, ..]) in scene(), disparity in 0.0..0.3_f64,
         ) {
-            // On the epipolar line, where the residual is zero and its scale does not vary.
+            // On the epipolar line the residual is zero, so the derivative of `V` has no effect.
             let p = pose.left() * Vector3::new(x, y, 1.0);
             let q = pose.right().inverse() * Vector3::new(p.x / p.z - disparity, p.y / p.z, 1.0);
             let rays = [x, y, q.x / q.z, q.y / q.z];

@@ -1,7 +1,7 @@
 //! Levenberg-Marquardt at a fixed scale: acceptance by the robust cost, and damping (`ESTIMATOR.md`, section 5).
 //!
-//! While the scale changes from pass to pass there is nothing to compare, and steps are undamped: a weight that falls
-//! with the residual makes the quadratic of a pass lie above its cost.
+//! While the scale changes from pass to pass, costs are not comparable, and steps are undamped. These steps need no
+//! damping: with weights that fall with the residual, the quadratic model of a pass is an upper bound of its cost.
 
 use nalgebra::Vector5;
 
@@ -17,16 +17,17 @@ pub(super) struct Point<T: Scalar> {
     pub(super) pose: RectifyingRotations<T>,
     /// Sum of the steps from the start, rad.
     pub(super) moved: Vector5<T>,
-    /// Normal equations with those of the prior.
+    /// Normal equations, prior included.
     pub(super) joint: NormalEquations<T>,
-    /// Robust cost, with that of the prior, in variances.
+    /// Robust cost, prior included, in variances.
     pub(super) cost: T,
 }
 
 impl<T: Scalar> Point<T> {
-    /// The point of a pass.
+    /// Returns the point of a pass.
     ///
-    /// * `normal`, `cost`: of the pass; `prior`: information about the start, 1/rad^2.
+    /// * `moved`: sum of the steps from the start, rad; `normal`, `cost`: normal equations and robust cost of the pass,
+    ///   without the prior; `prior`: prior information, about the start, 1/rad^2.
     pub(super) fn of(
         pose: &RectifyingRotations<T>,
         moved: &Vector5<T>,
@@ -46,30 +47,30 @@ impl<T: Scalar> Point<T> {
 pub(super) struct Descent<T: Scalar> {
     /// The best point at this scale; `None` while the scale changes.
     pub(super) best: Option<Point<T>>,
-    /// Relative to the diagonal.
+    /// Damping relative to the diagonal of the information, dimensionless.
     pub(super) damping: T,
 }
 
 impl<T: Scalar> Descent<T> {
     pub(super) const NEW: Self = Self { best: None, damping: T::ZERO };
 
-    /// The point to go back to, from one of a higher cost.
+    /// Returns the best point if `here` has a clearly higher cost; `None` if `here` is acceptable.
     pub(super) fn rejects(&self, here: &Point<T>) -> Option<Point<T>> {
-        // Not `<=`: a cost that is not a number is rejected.
+        // Negated `<=`, so that a NaN cost is rejected.
         self.best.filter(|best| !(here.cost <= best.cost + T::lit(MAX_RISE)))
     }
 
-    /// Accepts a point, at the scale of the next pass too. The next step is undamped.
+    /// Accepts a point as the best one. The next pass must have the same scale. The next step is undamped.
     pub(super) fn accept(&mut self, here: Point<T>) {
         *self = Self { best: Some(here), damping: T::ZERO };
     }
 
-    /// Raises the damping after a rejection: 1, 3, 7 and so on.
+    /// Raises the damping after a rejection: to 1, 3, 7 and so on.
     pub(super) fn damp(&mut self) {
         self.damping = T::lit(2.0) * self.damping + T::ONE;
     }
 
-    /// Begins anew, at another scale.
+    /// Forgets the best point and the damping, because the scale changes.
     pub(super) fn restart(&mut self) {
         *self = Self::NEW;
     }

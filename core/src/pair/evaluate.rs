@@ -1,7 +1,7 @@
 //! Evaluation: the last pass of a pair, at the pose reached (`ESTIMATOR.md`, section 7).
 //!
-//! Sums moments, the gradient with the derivative of `V`, normal equations of the image halves, and residual
-//! statistics; the statistics tell an optimum from a pose among outliers.
+//! The pass sums the moments, the gradient including the derivative of `V`, the normal equations of the image halves,
+//! and residual statistics. The statistics distinguish an optimum from a pose that only outliers fit.
 
 use nalgebra::Vector5;
 
@@ -26,19 +26,21 @@ use crate::thresholds::{
 /// Measurement of the extrinsics by one batch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PairMeasurement<T: Scalar> {
-    /// Pose of the evaluation: frame of the moments.
+    /// Pose of the evaluation; its rectified frame is the frame of the moments.
     pub(crate) pose: RectifyingRotations<T>,
     /// Moments of the weighted rays, 1/rad^2.
     pub(crate) moments: Moments<T>,
-    /// Normal equations of the left and of the upper half of the image, about the pose.
+    /// Normal equations of the left half and of the upper half of the image, about the pose.
     pub(crate) halves: [NormalEquations<T>; 2],
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
-    /// Share of the usable correspondences within 3 standard deviations; 0 where next to none of them has weight.
+    /// Share of the usable correspondences with residuals within 3 units of the loss; 0 if the near correspondences
+    /// have almost no weight.
     pub(crate) inlier_share: T,
-    /// Share of the usable correspondences that are in a second crowd, with the sign of its side.
+    /// Share of the usable correspondences in a second crowd; positive or negative according to the sign of its
+    /// residuals.
     pub(crate) crowd: T,
-    /// Residuals within 2 units of the loss and from 2 to 4, of correspondences of high leverage.
+    /// Numbers of correspondences of high leverage with residuals below 2 units of the loss, and from 2 to 4 units.
     pub(crate) high_leverage: [T; 2],
 }
 
@@ -46,21 +48,22 @@ pub(crate) struct PairMeasurement<T: Scalar> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct EvaluatedPose<T: Scalar> {
     pub(crate) measurement: PairMeasurement<T>,
-    /// Residuals at start and pose.
+    /// Residual statistics at the start and at the pose.
     pub(crate) stats: ResidualStats<T>,
 }
 
-/// Correspondences that are weighted before they are added. The registers do not hold all sums: each is loaded and
-/// stored once for all of these correspondences.
+/// Number of correspondences that are weighted before their terms are added together. The registers cannot hold all
+/// sums, so each sum is loaded and stored once for this number of correspondences.
 const GATHERED: usize = 8;
 
 impl<T: Scalar> Iterate<T> {
-    /// Evaluates the pose, in one pass.
+    /// Evaluates the pose in one pass.
     ///
-    /// * `evaluated`: [`EvaluatedPose::NONE`]; unspecified after an error.
+    /// * `evaluated`: receives the result; [`EvaluatedPose::NONE`] before the call, unspecified after an error.
     ///
     /// # Errors
-    /// [`Rejection::TooFew`] in front of both cameras, [`Rejection::Unobservable`] where the sums are not finite.
+    /// [`Rejection::TooFew`]: too few correspondences in front of both cameras. [`Rejection::Unobservable`]: the sums
+    /// are not finite.
     #[inline(never)]
     pub(crate) fn evaluate(
         &self,
@@ -77,7 +80,7 @@ impl<T: Scalar> Iterate<T> {
         let variance = variances / (sum.max(T::EPSILON) * self.focal * self.focal);
         moments.set_noise(pose, variance);
         *noise = self.noise_of(stats.near_squares, stats.near());
-        // Such a pose is of a few matches, and agrees with any hypothesis.
+        // A pose whose near matches have almost no weight rests on a few matches, and would agree with any hypothesis.
         let are_weighted = variances >= T::lit(MIN_WEIGHTED) * stats.near();
         *inlier_share = if are_weighted { stats.inlier_share() } else { T::ZERO };
         *crowd = stats.crowd();
@@ -87,8 +90,8 @@ impl<T: Scalar> Iterate<T> {
         if moments.is_finite() && noise.is_finite() { Ok(()) } else { Err(Rejection::Unobservable) }
     }
 
-    /// Fills moments, halves and statistics. Returns the gradient with the derivative of `V`, 1/rad, and the sums of the
-    /// weights, 1/px^2, and of the weights times the variance of a coordinate.
+    /// Fills moments, halves and statistics. Returns the gradient including the derivative of `V`, 1/rad, and two sums:
+    /// of the weights, 1/px^2, and of the weights times the variance of a coordinate, dimensionless.
     fn sum(
         &self,
         matches: &[RayPair<T>],
@@ -107,7 +110,7 @@ impl<T: Scalar> Iterate<T> {
                 sums.add(&rows);
                 rows.clear();
             }
-            // There is room.
+            // The vector has room.
             let _ = rows.push(row);
         }
         sums.add(&rows);
@@ -121,12 +124,12 @@ impl<T: Scalar> Iterate<T> {
     }
 }
 
-/// The pass of an evaluation: its parameters, and the sums over all rows.
+/// Parameters of the pass of an evaluation, and its sums over all rows.
 struct Evaluation<T> {
     by: Weighting<T>,
     start: PoseTerms<T>,
     stats: ResidualStats<T>,
-    /// Sums of the weights, 1/px^2, and of the weights times the variance of a coordinate.
+    /// Sum of the weights, 1/px^2, and sum of the weights times the variance of a coordinate, dimensionless.
     weights: [T; 2],
 }
 
@@ -141,9 +144,9 @@ impl<T: Scalar> Evaluation<T> {
         }
     }
 
-    /// Counts and compares a correspondence; its terms, if it has weight.
+    /// Counts a correspondence, and compares its residuals at start and pose. Returns its terms if it has weight.
     ///
-    /// * `rays`: `x_l`, `y_l`, `x_r`, `y_r` at unit depth; `grid_step`: px.
+    /// * `rays`: `x_l`, `y_l`, `x_r`, `y_r` at unit depth; `grid_step`: step of the matcher's grid, px.
     #[inline(always)]
     fn row(&mut self, rays: [T; 4], grid_step: T) -> Option<EvaluatedRow<T>> {
         let Self { by, start, stats, weights } = self;
@@ -186,7 +189,7 @@ impl<T: Scalar> Evaluation<T> {
 }
 
 impl<T: Scalar> EvaluatedPose<T> {
-    /// Before an evaluation.
+    /// Value before an evaluation.
     pub(crate) const NONE: Self = Self {
         measurement: PairMeasurement {
             pose: RectifyingRotations::SIDE_BY_SIDE,
@@ -200,10 +203,11 @@ impl<T: Scalar> EvaluatedPose<T> {
         stats: ResidualStats::NONE,
     };
 
-    /// Whether a pose found by a search is an optimum: residuals form a peak at zero. Outliers alone fill
-    /// 0 to 2 and 2 to 4 units alike and raise the noise, so a wider peak must hold more matches.
+    /// Returns whether a pose found by a search is an optimum, that is, whether the residuals form a peak at zero.
+    /// Outliers alone fill the bands from 0 to 2 and from 2 to 4 units equally, and raise the noise estimate. So at
+    /// higher noise the peak must hold more matches.
     ///
-    /// * `needed`: near residuals, by configuration.
+    /// * `needed`: least number of near residuals, from the configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         let noise = self.measurement.noise;
@@ -217,9 +221,9 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.is_largest_crowd()
     }
 
-    /// Why residuals that form a peak do not come from a scene.
+    /// Returns the reason if residuals form a peak but do not come from a valid scene.
     ///
-    /// * `needed`: near residuals, by configuration.
+    /// * `needed`: least number of near residuals, from the configuration.
     pub(crate) fn no_scene(&self, needed: u16) -> Option<Rejection> {
         let forms_peak =
             self.stats.near() >= T::count(needed.into()) && self.stats.exceed_background();
@@ -231,13 +235,14 @@ impl<T: Scalar> EvaluatedPose<T> {
         why.filter(|_| forms_peak)
     }
 
-    /// Whether most of the points that fit are clearly in front of the cameras: a scene at infinity fits any baseline.
+    /// Returns whether most of the points that fit are clearly in front of the cameras. A scene at infinity fits any
+    /// baseline, so it fails this test.
     pub(crate) fn is_clearly_in_front(&self) -> bool {
         let [ahead, _] = self.stats.sides;
         ahead > self.stats.near() * T::HALF
     }
 
-    /// Whether residuals form a peak at zero, at a pose that is known from other pairs.
+    /// Returns whether the residuals form a peak at zero, at a pose that is known from other pairs.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR)
@@ -247,26 +252,28 @@ impl<T: Scalar> EvaluatedPose<T> {
             && !self.measurement.moments.are_disparities_alike()
     }
 
-    /// False if more matches lean to one side than fit, if none fit, or between two crowds: the pose may then follow a
+    /// Returns whether the matches that fit are the largest crowd. False if a second crowd on one side is larger, if no
+    /// match fits, or if the pose lies between two crowds: the pose may then follow a repeated structure such as a
     /// fence.
     fn is_largest_crowd(&self) -> bool {
         let PairMeasurement { crowd, inlier_share, .. } = self.measurement;
         inlier_share > T::ZERO && crowd.abs() <= inlier_share && !self.stats.is_hollow()
     }
 
-    /// Whether that peak exceeds chance, at a pose that is not yet confirmed.
+    /// Returns whether the peak of residuals exceeds chance. Used at poses that are not yet confirmed.
     pub(crate) fn has_clear_peak(&self) -> bool {
         self.stats.exceed_background()
     }
 }
 
 impl<T: Scalar> PairMeasurement<T> {
-    /// Normal equations at any pose, by the moments; exact for the frozen weights. With the noise of disparities.
+    /// Returns the normal equations at any pose from the moments, exact for frozen weights. They include the noise of
+    /// disparities.
     pub(crate) fn biased_at(&self, pose: &RectifyingRotations<T>) -> BiasedEquations<T> {
         self.moments.biased_at_pose(&self.pose, pose)
     }
 
-    /// [`Self::biased_at`] without the noise of disparities.
+    /// Returns the equations of [`Self::biased_at`] without the noise of disparities.
     pub(crate) fn debiased_at(&self, pose: &RectifyingRotations<T>) -> NormalEquations<T> {
         self.biased_at(pose).debiased()
     }

@@ -8,14 +8,14 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_NOISE_PX;
 
-/// A pose, with the settings and the scale of its residuals.
+/// A pose, with settings and the noise scale of its residuals.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Iterate<T: Scalar> {
     /// Mean focal length of the cameras, px.
     pub(super) focal: T,
     /// Smallest noise of a coordinate, px.
     pub(super) noise_floor: T,
-    /// Correspondences that a solution needs.
+    /// Number of correspondences that a solution needs.
     pub(super) needed: u16,
     /// Start of the search or track.
     pub(super) start: RectifyingRotations<T>,
@@ -27,14 +27,14 @@ pub(crate) struct Iterate<T: Scalar> {
     pub(super) tukey: T,
     /// Limit on the leverage of a correspondence; `None` before the first limit is known.
     pub(super) leverage: Option<Leverage<T>>,
-    /// Unknowns that the correspondences determine rather than the prior, 0 to 5.
+    /// Effective number of unknowns that the correspondences and not the prior determine, 0 to 5.
     pub(super) fitted: T,
     /// Smallest disparity of a weighted correspondence, unit depth; below zero.
     pub(super) min_disparity: T,
 }
 
 impl<T: Scalar> Iterate<T> {
-    /// Weighting at the pose with a given loss.
+    /// Returns the weighting at the pose with a given loss.
     pub(super) fn weighting(&self, loss: Loss<T>) -> Weighting<T> {
         let Self { focal, noise, tukey, .. } = *self;
         Weighting {
@@ -58,11 +58,12 @@ impl<T: Scalar> Iterate<T> {
         if usable < needed { Err(Rejection::TooFew { usable, needed }) } else { Ok(()) }
     }
 
-    /// Noise of a coordinate, px: between the floor and [`MAX_NOISE_PX`].
+    /// Returns the noise of a coordinate, px, between the floor and [`MAX_NOISE_PX`].
     ///
-    /// * `near_squares`: variance estimates of the `near` residuals within 2 standard deviations, summed, px^2.
+    /// * `near_squares`: sum of the variance estimates from the near residuals, px^2; `near`: number of residuals
+    ///   within 2 units of the loss.
     pub(super) fn noise_of(&self, near_squares: T, near: T) -> T {
-        // The fit absorbs one residual per determined unknown.
+        // The fit absorbs one degree of freedom for each unknown that it determines.
         let free = (near - self.fitted).max(T::ONE);
         let floor = self.noise_floor * self.noise_floor;
         let noise = (near_squares / free).max(floor).sqrt();
@@ -91,7 +92,7 @@ mod tests {
             min_disparity: 0.0,
         };
         assert!((iterate.noise_of(24.0, 28.0) - 1.0).abs() < 1e-12);
-        // Few residuals leave at least one degree of freedom.
+        // At least one degree of freedom is left, however few residuals there are.
         assert!((iterate.noise_of(1.0, 4.0) - 1.0).abs() < 1e-12);
         assert_eq!(iterate.noise_of(0.0, 28.0), 0.15);
         assert_eq!(iterate.noise_of(-1.0, 28.0), 0.15);

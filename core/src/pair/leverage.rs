@@ -1,7 +1,8 @@
 //! Limit on the leverage of single correspondences on the baseline (`ESTIMATOR.md`, section 6).
 //!
-//! An outlier with a large disparity near its epipolar line fits any pose, and has the residual of a near point. So its
-//! share of the information on the baseline is limited. The image bounds the share of the information on `R`.
+//! An outlier with a large disparity near its epipolar line has a small residual at any pose, like a near point.
+//! Therefore this module limits the share of each correspondence in the information on the baseline. The share in the
+//! information on `R` needs no limit, because the field of view bounds it.
 
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
@@ -10,20 +11,21 @@ use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, PEAK_D
 /// Limit on a correspondence's share of the information on the baseline, dimensionless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leverage<T> {
-    /// Covariance of the baseline: forward, mixed, down, rad^2.
+    /// Covariance of the baseline, rad^2: forward variance, covariance, down variance.
     covariance: [T; 3],
-    /// Largest share that keeps its full weight.
+    /// Largest share at which a correspondence keeps its full weight.
     limit: T,
-    /// Share above which leverage is high: the first limit of a track, which follows the covariance.
+    /// Share above which leverage is high: the first limit of a track, rescaled as the covariance changes.
     high: T,
 }
 
-/// Correspondences of high leverage in a pass, one class: a few near points before a far scene, or outliers.
+/// Correspondences of high leverage in a pass. They are judged as one class: either a few near points before a far
+/// scene, or outliers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct HighLeverage<T> {
-    /// Residuals within 2 units of the loss, and from 2 to 4.
+    /// Numbers of residuals below 2 units of the loss, and from 2 to 4 units.
     pub(super) bands: [T; 2],
-    /// Square roots of the shares of those within 2 units, and the inverses of the roots, summed.
+    /// Sum of the square roots of the shares with residuals within 2 units; `inverse_roots` sums the inverse roots.
     pub(super) roots: T,
     pub(super) inverse_roots: T,
 }
@@ -32,7 +34,7 @@ impl<T: Scalar> HighLeverage<T> {
     pub(super) const NONE: Self =
         Self { bands: [T::ZERO; 2], roots: T::ZERO, inverse_roots: T::ZERO };
 
-    /// Adds the root of the share of a residual within 2 units.
+    /// Adds the share of a correspondence whose residual is within 2 units.
     #[inline(always)]
     pub(super) fn add(&mut self, share: T) {
         let root = share.sqrt();
@@ -40,10 +42,12 @@ impl<T: Scalar> HighLeverage<T> {
         self.inverse_roots += T::ONE / root;
     }
 
-    /// Square of the mean root share of those within 2 units. `None` unless they are inliers, and a class of their own:
-    /// the harmonic mean root, which few large shares do not move, is far above the least.
+    /// Returns the squared mean of the root shares with residuals within 2 units. `None` unless these correspondences
+    /// are inliers and form a class of their own, that is, unless the squared harmonic mean of their root shares is far
+    /// above `least`. A few large shares hardly change the harmonic mean.
     ///
-    /// * `least`: share of high leverage; `trusted`: whether they were inliers in the last pairs.
+    /// * `least`: share above which leverage is high; `trusted`: whether correspondences of high leverage were inliers
+    ///   in the last pairs.
     fn inlier_share(&self, least: T, trusted: bool) -> Option<T> {
         let [near, _] = self.bands;
         let [mean, harmonic] =
@@ -53,18 +57,20 @@ impl<T: Scalar> HighLeverage<T> {
     }
 }
 
-/// Whether residuals within 2 units exceed those from 2 to 4 by [`PEAK_DEVIATIONS`] of chance. Outliers fill
-/// both bands alike.
+/// Returns whether the residuals within 2 units outnumber those from 2 to 4 units by [`PEAK_DEVIATIONS`] standard
+/// deviations. Outliers fill both bands equally.
 pub(crate) fn form_peak<T: Scalar>([near, beside]: [T; 2]) -> bool {
     near - beside > T::lit(PEAK_DEVIATIONS) * (near + beside).sqrt()
 }
 
 impl<T: Scalar> Leverage<T> {
-    /// Limit from the sums of the pass before: [`MAX_LEVERAGE`] mean shares. `None` where it is not finite.
+    /// Returns the limit from the sums of the previous pass: [`MAX_LEVERAGE`] times the mean share. `None` if the limit
+    /// is not finite.
     ///
-    /// * `information`: of the pass, leverage limited, 1/rad^2; `weighted`: correspondences in it.
-    /// * `covariance`: of the pose, prior included, rad^2.
-    /// * `growth`: ratio of the residual variances of the next pass and of this one.
+    /// * `information`: information of the pass with limited leverage, 1/rad^2; `weighted`: number of its weighted
+    ///   correspondences.
+    /// * `covariance`: covariance of the pose, prior included, rad^2.
+    /// * `growth`: residual variance of the next pass over that of this pass.
     pub(super) fn of(
         information: &Symmetric5<T>,
         weighted: T,
@@ -78,12 +84,11 @@ impl<T: Scalar> Leverage<T> {
         limit.is_finite().then_some(Self { covariance, limit, high: limit })
     }
 
-    /// The limit after a step of a track: where correspondences of high leverage are inliers,
-    /// [`MAX_LEVERAGE`] of their shares. `None` where it is not finite.
+    /// Returns the limit after a step of a track. If the correspondences of high leverage are inliers, the limit rises
+    /// to [`MAX_LEVERAGE`] times their mean share. `None` if the limit is not finite.
     ///
-    /// * `information`: as in [`Self::of`]; `last`, `high`: limit of the pass, and its correspondences of high
-    ///   leverage.
-    /// * `trusted`: whether they were inliers in the last pairs.
+    /// * `information`: as in [`Self::of`]; `last`: limit of the pass; `high`: its correspondences of high leverage.
+    /// * `trusted`: whether correspondences of high leverage were inliers in the last pairs.
     pub(super) fn raised(
         self,
         information: &Symmetric5<T>,
@@ -92,25 +97,26 @@ impl<T: Scalar> Leverage<T> {
         trusted: bool,
     ) -> Option<Self> {
         let block = baseline_block(information);
-        // Shares of the pass are of the covariance before the step.
+        // The shares of the pass were computed with the covariance before the step, so they are rescaled.
         let scale = trace(&self.covariance, &block) / trace(&last.covariance, &block);
         let share = high.inlier_share(last.high, trusted).unwrap_or(T::ZERO);
         let limit = (T::lit(MAX_LEVERAGE) * share * scale).max(self.limit);
         limit.is_finite().then_some(Self { limit, high: last.high * scale, ..self })
     }
 
-    /// Limit before the first step of a track: [`FIRST_MAX_LEVERAGE`] median shares. `None` where it is not finite.
+    /// Returns the limit before the first step of a track: [`FIRST_MAX_LEVERAGE`] times the median share. `None` if the
+    /// limit is not finite.
     ///
-    /// * `median`: of the shares of a sample.
+    /// * `median`: median share of a sample; `covariance`: covariance of the pose, rad^2.
     pub(super) fn first(median: T, covariance: &Symmetric5<T>) -> Option<Self> {
         let limit = T::lit(FIRST_MAX_LEVERAGE) * median;
         let covariance = baseline_block(covariance);
         limit.is_finite().then_some(Self { covariance, limit, high: limit })
     }
 
-    /// Factor of a weight: 1 up to the limit, beyond it `(limit / share)^2`.
+    /// Returns the factor of a weight: 1 up to the limit, and `(limit / share)^2` beyond it.
     ///
-    /// * `w`: `w f^2 / V`; `jacobian`: derivatives of the constraint, 1/rad.
+    /// * `w`: `w f^2 / V`, dimensionless; `jacobian`: derivatives of the constraint, 1/rad.
     #[inline(always)]
     pub(super) fn factor(&self, w: T, jacobian: &[T; 5]) -> Limited<T> {
         let share = share(&self.covariance, w, jacobian);
@@ -122,40 +128,40 @@ impl<T: Scalar> Leverage<T> {
         }
     }
 
-    /// Whether leverage is high.
+    /// Returns whether a share means high leverage.
     pub(super) fn is_high(&self, share: T) -> bool {
         self.high < share
     }
 
-    /// Whether matches of high leverage form a class of their own.
+    /// Returns whether a share is far enough above the limit of high leverage to belong to a separate class of matches.
     pub(super) fn is_separate(&self, share: T) -> bool {
         T::lit(MIN_SEPARATION) * self.high < share
     }
 }
 
-/// Effect of a limit on a correspondence.
+/// Effect of the limit on the weight of a correspondence.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Limited<T> {
     /// Factor of the weight.
     pub(super) factor: T,
-    /// Share of the information on the baseline, without the limit.
+    /// Share of the information on the baseline before the limit.
     pub(super) share: T,
 }
 
-/// Trace of the product of two baseline blocks.
+/// Returns the trace of the product of two baseline blocks.
 fn trace<T: Scalar>([a, b, c]: &[T; 3], [x, y, z]: &[T; 3]) -> T {
     *a * *x + *b * *y + *b * *y + *c * *z
 }
 
-/// Baseline block of a covariance or an information: forward, mixed, down.
+/// Returns the baseline block of a covariance or information matrix: forward, mixed and down elements.
 pub(super) fn baseline_block<T: Scalar>(m: &Symmetric5<T>) -> [T; 3] {
     let h = &m.0;
     [h[9], h[13], h[14]]
 }
 
-/// Share of the information on the baseline: `w J_b^T Q_b J_b`, dimensionless.
+/// Returns the share in the information on the baseline: `w J_b^T Q_b J_b`, dimensionless.
 ///
-/// * `[a, b, c]`: `Q_b`, covariance of the baseline, rad^2; `w`: `w f^2 / V`.
+/// * `[a, b, c]`: `Q_b`, covariance of the baseline, rad^2; `w`: `w f^2 / V`, dimensionless.
 #[inline(always)]
 pub(super) fn share<T: Scalar>([a, b, c]: &[T; 3], w: T, jacobian: &[T; 5]) -> T {
     let [.., y, z] = *jacobian;
@@ -166,7 +172,7 @@ pub(super) fn share<T: Scalar>([a, b, c]: &[T; 3], w: T, jacobian: &[T; 5]) -> T
 mod tests {
     use super::*;
 
-    /// Rows of different leverage, their information and its inverse.
+    /// Returns rows of different leverage, their information, and the inverse of the information.
     fn rows() -> ([[f64; 5]; 40], Symmetric5<f64>, Symmetric5<f64>) {
         let rows: [[f64; 5]; 40] = core::array::from_fn(|i| {
             let k = f64::from(u8::try_from(i).unwrap());
@@ -186,7 +192,7 @@ mod tests {
         let shares = rows.iter().map(|j| share(&baseline_block(&covariance), 2.0, j));
         let mean = shares.sum::<f64>() / 40.0;
         assert!((leverage.limit / (MAX_LEVERAGE * mean) - 1.0).abs() < 1e-12);
-        // The shares of all five unknowns add up to 5; two of them are the baseline's.
+        // The shares in the information on all five unknowns add up to 5; the baseline has two unknowns.
         assert!(mean * 40.0 >= 2.0 - 1e-12, "{mean}");
         let [j, ..] = rows;
         let [.., y, z] = j;
@@ -204,7 +210,7 @@ mod tests {
         for (excess, left) in [(0.5, 1.0), (1.0 - 1e-9, 1.0), (2.0, 0.25), (10.0, 0.01)] {
             let got = leverage.factor(excess * at_limit, &j).factor;
             assert!((got - left).abs() < 1e-6, "{excess}: {got}");
-            // Weights are inverse to the variance of a residual.
+            // A weight is the inverse of the residual variance.
             let grown = Leverage::of(&held, 40.0, &covariance, 3.0).unwrap();
             let same = grown.factor(excess * at_limit / 3.0, &j).factor;
             assert!((same - left).abs() < 1e-6, "{excess}: {same}");
@@ -212,7 +218,7 @@ mod tests {
         assert_eq!(leverage.factor(0.0, &j).factor, 1.0);
     }
 
-    /// Residuals within 2 units, of these shares, and so many from 2 to 4.
+    /// Returns a class with residuals within 2 units at the given shares, and `beside` residuals from 2 to 4 units.
     fn high(shares: &[f64], beside: f64) -> HighLeverage<f64> {
         let mut high = HighLeverage::NONE;
         high.bands = [0.0, beside];
@@ -241,11 +247,11 @@ mod tests {
                 "{near} {beside}"
             );
         }
-        // No more than chance; none at all.
+        // Three classes whose peak does not exceed chance, and one without near residuals.
         for (near, beside) in [(9, 0.0), (20, 20.0), (20, 7.0), (0, 0.0)] {
             assert_eq!(raised(near, beside, false), limit.limit, "{near} {beside}");
         }
-        // One near point, of a class that was one of inliers in the last pairs.
+        // One near point suffices if its class consisted of inliers in the last pairs.
         assert!((raised(1, 0.0, true) / expected - 1.0).abs() < 1e-12);
         assert_eq!(raised(0, 3.0, true), limit.limit);
     }
@@ -274,11 +280,12 @@ mod tests {
         let limit = Leverage::of(&held, 40.0, &narrower, 1.0).unwrap();
         let next = limit.raised(&held, &first, &HighLeverage::NONE, false).unwrap();
         assert!((next.high / first.high - 0.25).abs() < 1e-12);
-        // A raised limit falls as well: the pass took its shares with the covariance before the step.
+        // A raised limit falls with the covariance too, because the shares of the pass belong to the covariance before
+        // the step.
         let large = 100.0 * limit.limit.max(first.high);
         let raised = limit.raised(&held, &first, &high(&[large; 20], 0.0), false).unwrap();
         assert!((raised.limit / (MAX_LEVERAGE * large) - 0.25).abs() < 1e-12);
-        // The same correspondences are of high leverage before and after.
+        // The same correspondences have high leverage before and after.
         let j = [0.3, 0.0, 0.0, 0.2, 1.0];
         let at_limit = first.limit / share(&first.covariance, 1.0, &j);
         for (excess, is_high) in [(0.999, false), (1.001, true)] {

@@ -1,6 +1,7 @@
 //! Loss functions and expected variance of a residual (`ESTIMATOR.md`, section 5).
 //!
-//! The variance is the variance of the matcher's noise plus that of rounding to its grid. To change the loss, change this file.
+//! The expected variance is the variance of the matcher's noise plus the variance of rounding to its grid. Another loss
+//! only requires changes to this file.
 
 use crate::scalar::Scalar;
 use crate::thresholds::{MIN_UNIT, NEAR};
@@ -8,41 +9,41 @@ use crate::thresholds::{MIN_UNIT, NEAR};
 /// Variance of a unit normal distribution cut off at [`NEAR`]: `1 - 4 phi(2) / (2 Phi(2) - 1)`.
 const TRUNCATED_VARIANCE: f64 = 0.7737;
 
-/// Outer edge of the band beside a peak, in units of the loss: from [`NEAR`] on it is as wide as the peak.
+/// Outer edge of the band beside a peak, in units of the loss. The band begins at [`NEAR`] and is as wide as the peak.
 pub(super) const BESIDE: f64 = 2.0 * NEAR;
 
-/// Geman-McClure weight `1 / (1 + x)^2`, `x = (r / scale)^2`, dimensionless: smooth and wide, for graduated
-/// non-convexity.
+/// Returns the Geman-McClure weight `1 / (1 + x)^2` for `x = (r / scale)^2`, dimensionless. It is smooth and wide, as
+/// graduated non-convexity requires.
 pub(super) fn geman_mcclure<T: Scalar>(x: T) -> T {
     let root = T::ONE / (T::ONE + x);
     root * root
 }
 
-/// Tukey's biweight `(1 - x)^2` up to `x = 1`, zero beyond, `x = (r / limit)^2`, dimensionless.
+/// Returns Tukey's biweight for `x = (r / limit)^2`, dimensionless: `(1 - x)^2` up to `x = 1`, and zero beyond.
 #[inline(always)]
 pub(super) fn tukey<T: Scalar>(x: T) -> T {
     let root = tukey_root(x);
     root * root
 }
 
-/// Root of [`tukey`]; 0 for NaN.
+/// Returns the square root of [`tukey`]; 0 for NaN.
 fn tukey_root<T: Scalar>(x: T) -> T {
     if x < T::ONE { T::ONE - x } else { T::ZERO }
 }
 
-/// Expected variance of a whitened residual `r = f C / sqrt V`, px^2 of one coordinate.
+/// Expected variance of a whitened residual `r = f C / sqrt V`, as the variance of one coordinate, px^2.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ResidualVariance<T> {
-    /// Noise and rounding together, px^2.
+    /// Variance of noise and rounding together, px^2.
     pub(super) variance: T,
-    /// Rounding alone: `q^2 / 12`, px^2.
+    /// Variance of rounding alone: `q^2 / 12`, px^2.
     of_grid: T,
     /// Squared unit of the loss, px^2: the variance, but at least `(0.6 q)^2`.
     pub(super) unit_squared: T,
 }
 
 impl<T: Scalar> ResidualVariance<T> {
-    /// Variance of residuals with a given noise and grid.
+    /// Returns the expected variance for given noise and grid.
     ///
     /// * `noise_squared`: variance before rounding, px^2.
     /// * `grid_step`: `q`, px; 0 for a matcher that does not round.
@@ -56,14 +57,15 @@ impl<T: Scalar> ResidualVariance<T> {
         Self { variance, of_grid, unit_squared }
     }
 
-    /// Whether a residual is within `units` of the loss; false for NaN.
+    /// Returns whether a residual is below `units` units of the loss; false for NaN.
     ///
     /// * `squared`: squared residual, px^2.
     pub(super) fn is_within(&self, units: f64, squared: T) -> bool {
         squared < T::lit(units * units) * self.unit_squared
     }
 
-    /// Whether a residual is within half a unit of the loss, or within what rounding leaves of a row without noise.
+    /// Returns whether a residual is within half a unit of the loss, with an allowance for the rounding of rows without
+    /// noise.
     ///
     /// * `squared`: squared residual, px^2.
     pub(super) fn is_inner(&self, squared: T) -> bool {
@@ -71,8 +73,8 @@ impl<T: Scalar> ResidualVariance<T> {
         squared < T::lit(0.25) * self.unit_squared + of_grid
     }
 
-    /// Counts a residual if it is within 2 units of the loss, or from 2 to 4. Outliers fill both bands alike. Returns
-    /// whether it is within 2.
+    /// Counts a residual in the band below 2 units of the loss, or in the band from 2 to 4 units. Outliers fill both
+    /// bands equally. Returns whether the residual is below 2 units.
     ///
     /// * `squared`: squared residual, px^2.
     pub(super) fn count_bands(&self, squared: T, [near, beside]: &mut [T; 2]) -> bool {
@@ -85,26 +87,28 @@ impl<T: Scalar> ResidualVariance<T> {
         is_near
     }
 
-    /// Unbiased estimate of the variance before rounding from a squared residual within 2 units, px^2.
+    /// Returns an unbiased estimate of the variance before rounding, px^2, from a residual within 2 units.
+    ///
+    /// * `squared`: squared residual, px^2.
     pub(super) fn noise_squared(&self, squared: T) -> T {
         squared * T::lit(1.0 / TRUNCATED_VARIANCE) - self.of_grid
     }
 
-    /// Squared limit of Tukey's biweight, px^2.
+    /// Returns the squared limit of Tukey's biweight, px^2.
     ///
-    /// * `units_squared`: the same in units of the loss.
+    /// * `units_squared`: squared limit in units of the loss.
     pub(super) fn limit_squared(&self, units_squared: T) -> T {
         units_squared * self.unit_squared
     }
 
-    /// Tukey's weight of a residual over its variance, 1/px^2, and its cost in variances: up to a sixth of the squared
-    /// limit.
+    /// Returns the weight of a residual, 1/px^2, which is Tukey's biweight over the variance, and the cost in
+    /// variances. The cost is at most a sixth of the squared limit over the variance.
     ///
     /// * `units_squared`: squared limit in units of the loss; `squared`: squared residual, px^2.
     #[inline(always)]
     pub(super) fn tukey(&self, units_squared: T, squared: T) -> (T, T) {
         let limit = self.limit_squared(units_squared);
-        // One division for both quotients: division is the slowest instruction of a controller.
+        // One division serves both quotients, because division is the slowest instruction of a controller.
         let inverse = T::ONE / (limit * self.variance);
         let (inverse_variance, x) = (inverse * limit, squared * (inverse * self.variance));
         let root = tukey_root(x);
@@ -141,7 +145,7 @@ mod tests {
     fn inner_residuals_are_within_half_a_unit_and_what_rounding_leaves() {
         let inner = |step: f64, r: f64| ResidualVariance::of(0.25, step).is_inner(r * r);
         assert!(inner(0.0, 0.249) && !inner(0.0, 0.251));
-        // A step of 1 px: the root of a quarter of the unit, 0.6^2, and of 0.6^2.
+        // With a step of 1 px the unit is 0.6 px, and the squared limit is 0.6^2 / 4 + 0.6^2.
         assert!(inner(1.0, 0.670) && !inner(1.0, 0.672));
     }
 
@@ -152,7 +156,7 @@ mod tests {
         assert!(within(1.199) && !within(1.201));
         assert!(!expected.is_within(2.0, f64::NAN));
         let share = |r: f64| expected.tukey(TUKEY * TUKEY, r * r).0 * expected.variance;
-        // A residual of one grid step keeps most of its weight; one beyond the limit loses it.
+        // A residual of one grid step keeps most of its weight. A residual beyond the limit has no weight.
         assert!(share(1.0) > 0.7 && (share(0.0) - 1.0).abs() < 1e-15);
         assert_eq!(share(0.6 * TUKEY + 1e-9), 0.0);
         assert!(share(0.6 * TUKEY - 0.1) > 0.0);

@@ -1,13 +1,14 @@
 //! One stereo pair: M-estimator of the extrinsics from whitened row offsets, one pass over the batch at a time.
 //!
-//! Input: rays of a batch, unit depth; a start with its prior. Output: the optimum, its moments, and residual
-//! statistics.
+//! Inputs are the rays of a batch at unit depth, and a start pose with its prior. Outputs are the optimum, its moments,
+//! and residual statistics.
 //!
-//! - [`constraint`]: residual, variance and derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a residual.
-//! - [`pass`]: loop over the batch, and its sums. [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss of each
-//!   pass. [`survey`]: first leverage limit of a track. [`solver`], [`descent`]: Levenberg-Marquardt steps.
-//!   [`proposal`]: second start.
-//! - [`evaluate`]: last pass, at the pose reached. [`regions`], [`residual_stats`]: its sums.
+//! - [`constraint`]: residual, its variance and its derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a
+//!   residual.
+//! - [`pass`]: one loop over the batch, and its sums. [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss
+//!   of each pass. [`survey`]: first leverage limit of a track. [`solver`], [`descent`]: Levenberg-Marquardt steps.
+//!   [`proposal`]: second start of a search.
+//! - [`evaluate`]: last pass, at the final pose. [`regions`], [`residual_stats`]: sums of the evaluation.
 //!
 //! Derivation: `ESTIMATOR.md`, sections 2 to 9.
 

@@ -14,29 +14,29 @@ use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 use crate::thresholds::{NEAR, TRACKED};
 
-/// Places left out before each of the 16 places of 32 that half a batch reads; two bits each, the lowest first. Within the
-/// 32 the places read follow no period (Thue and Morse): where outliers fill every second, or every fourth place, about as
-/// large a part of the places read are outliers.
+/// Number of places to skip before each place that is read, if a pass reads half of the batch. Two bits each, lowest
+/// bits first; 16 of 32 places are read. The places read follow no period within the 32 (Thue-Morse sequence). So if
+/// outliers fill every second or every fourth place, their share among the places read is about the same.
 const LEFT_OUT: u32 = 0x1891_9219;
 
 /// Sums of a pass; counts are whole numbers.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct PassSums<T> {
-    /// Normal equations, leverage limited.
+    /// Normal equations, with limited leverage.
     pub(super) normal: NormalEquations<T>,
     /// Correspondences in front of both cameras.
     pub(super) usable: T,
-    /// Correspondences of a weight above 0.
+    /// Correspondences with a weight above 0.
     pub(super) weighted: T,
-    /// Residuals within 2 standard deviations; counted in a polish only.
+    /// Residuals within 2 units of the loss; counted only in a polish.
     pub(super) near: T,
-    /// Their estimates of the noise variance, summed, px^2.
+    /// Sum of the estimates of the noise variance from the near residuals, px^2.
     pub(super) near_squares: T,
-    /// Robust cost, in variances, of the correspondences in front of both cameras; summed in a polish only.
+    /// Robust cost of the correspondences in front of both cameras, in variances; summed only in a polish.
     pub(super) cost: T,
-    /// Residuals by size; counted in a search only, once its scale is small.
+    /// Histogram of residuals; counted only in a search, once its scale is small.
     pub(super) levels: LevelCounts<T>,
-    /// Correspondences of high leverage; counted in a track only.
+    /// Correspondences of high leverage; counted only in a track.
     pub(super) high: HighLeverage<T>,
 }
 
@@ -52,12 +52,13 @@ impl<T: Scalar> PassSums<T> {
         high: HighLeverage::NONE,
     };
 
-    /// Sums at the pose of an iterate: over the batch, in a track over half of a large one.
+    /// Returns the sums at the pose of an iterate over the batch; a track reads only half of a large batch.
     pub(super) fn of(iterate: &Iterate<T>, schedule: &Schedule<T>, matches: &[RayPair<T>]) -> Self {
         let by = iterate.weighting(schedule.loss());
         let is_half = matches!(by.loss, Loss::Track(_)) && matches.len() > TRACKED;
         let mut sums = Self::ZERO;
-        // Apart: an array with a computed index stays in memory, and would keep the other sums there.
+        // Separate from `sums`: an array with a computed index stays in memory, and would keep the other sums in memory
+        // too.
         let mut levels = LevelCounts::NONE;
         let mut counted = schedule.sees_peaks().then_some(&mut levels);
         for pair in read(matches, is_half) {
@@ -68,7 +69,7 @@ impl<T: Scalar> PassSums<T> {
 
     /// Adds a correspondence.
     ///
-    /// * `levels`: counts the residual, if the pass does.
+    /// * `levels`: histogram of residuals; `None` if the pass counts none.
     #[inline(always)]
     fn add(&mut self, by: &Weighting<T>, pair: &RayPair<T>, levels: Option<&mut LevelCounts<T>>) {
         let Some(constraint) = Constraint::of(&by.pose, pair.rays()) else { return };
@@ -107,9 +108,11 @@ impl<T: Scalar> PassSums<T> {
         }
     }
 
-    /// Weight of a polish, 1/px^2, before leverage is limited; sums cost and near residuals.
+    /// Returns the weight of a correspondence in a polish before the limit on leverage, 1/px^2. Adds to the cost and to
+    /// the sums of near residuals.
     ///
     /// * `tukey_squared`: squared limit, in units of the loss; `squared`: squared whitened residual, px^2.
+    /// * `is_ahead`: whether the disparity is large enough for a weight.
     #[inline(always)]
     fn polish(
         &mut self,
@@ -118,7 +121,7 @@ impl<T: Scalar> PassSums<T> {
         is_ahead: bool,
         squared: T,
     ) -> T {
-        // A match behind infinity costs as much as an outlier, and weighs nothing.
+        // A match behind infinity has the cost of an outlier and no weight.
         let counted = if is_ahead { squared } else { expected.limit_squared(tukey_squared) };
         let (weight, cost) = expected.tukey(tukey_squared, counted);
         self.cost += cost;
@@ -130,7 +133,7 @@ impl<T: Scalar> PassSums<T> {
     }
 }
 
-/// The correspondences that a pass reads: all, or about half.
+/// Returns the correspondences that a pass reads: all, or about half.
 fn read<T>(all: &[T], is_half: bool) -> impl Iterator<Item = &T> {
     let (mut place, mut left_out) = (0_usize, if is_half { LEFT_OUT } else { 0 });
     iter::from_fn(move || {

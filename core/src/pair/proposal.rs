@@ -1,7 +1,7 @@
-//! Second start of a search: the optima near poses through three correspondences each (`ESTIMATOR.md`, section 5).
+//! Second start of a search, from poses fitted to three random correspondences each (`ESTIMATOR.md`, section 5).
 //!
-//! A search among outliers may end at a pose that some of them fit, or between two crowds of matches. Poses through
-//! small samples are not attracted by the other matches.
+//! Among outliers, a search may end at a pose that some outliers fit, or between two groups of consistent matches. A
+//! pose fitted to a small sample does not depend on the other matches.
 
 use nalgebra::Vector5;
 
@@ -21,26 +21,26 @@ use crate::thresholds::{
 /// Whitened residuals about a pose, px, and their derivatives, px/rad.
 type Rows<T> = heapless::Vec<(T, [T; 5]), SAMPLED>;
 
-/// Rounds of a second start, each about the pose of the one before.
+/// Rounds of a second start. Each round begins at the pose of the previous round.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Rounds {
     random: Random,
     pub(super) left: u8,
-    /// Whether one has found a better pose.
+    /// Whether a round has found a better pose.
     pub(super) moved: bool,
 }
 
 impl Rounds {
-    /// [`ROUNDS`] of them, or one if the annealing has seen no peak, as among wrong matches.
+    /// Plans [`ROUNDS`] rounds, or one if the annealing has seen no peak of residuals, as among wrong matches.
     pub(super) fn after_annealing(has_peak: bool) -> Self {
         Self { random: Random::NEW, left: if has_peak { ROUNDS } else { 1 }, moved: false }
     }
 
-    /// Runs one round: the step to a better pose, rad, or `None`.
+    /// Runs one round. Returns the step to a better pose, rad, or `None`.
     ///
-    /// It takes the residuals as linear about the pose.
+    /// The residuals are linearised about the pose.
     ///
-    /// * `by`: weighting at the pose; `scale`: of the score, px; `prior`: of a pose, 1/rad^2.
+    /// * `by`: weighting at the pose; `scale`: scale of the score, px; `prior`: prior information on the pose, 1/rad^2.
     #[inline(never)]
     pub(super) fn take<T: Scalar>(
         &mut self,
@@ -56,31 +56,33 @@ impl Rounds {
     }
 }
 
-/// Whether a batch is so small that all of its correspondences are sampled.
+/// Returns whether a batch is so small that all of its correspondences are sampled.
+///
+/// * `usable`: number of usable correspondences.
 pub(super) fn is_small<T: Scalar>(usable: T) -> bool {
     usize::from(usable.to_u16()) <= SAMPLED
 }
 
-/// Scale of a score, and of the annealing that follows, px.
+/// Returns the scale of a score and of the annealing after the second start, px.
 ///
-/// * `noise`: of a coordinate, px.
+/// * `noise`: standard deviation of a coordinate, px.
 pub(super) fn scale<T: Scalar>(noise: T) -> T {
     (T::lit(PROPOSAL_SCALE) * noise).max(T::lit(LEAST_SCALE_PX))
 }
 
-/// Score of a pose over all correspondences, without linearisation.
+/// Returns the score of a pose over all correspondences, without linearisation.
 ///
-/// * `by`: weighting at the pose; `scale`: of the score, px.
+/// * `by`: weighting at the pose; `scale`: scale of the score, px.
 #[inline(never)]
 pub(super) fn fit<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], scale: T) -> T {
     let seen = pairs.iter().filter_map(|pair| Constraint::of(&by.pose, pair.rays()));
     score(seen.map(|seen| seen.value * seen.value * by.precision(&seen)), scale)
 }
 
-/// Step to the best of the proposed poses, rad; `None` if none is better than the pose.
+/// Returns the step to the best of the proposed poses, rad; `None` if no proposal is better than the current pose.
 ///
-/// The pose through a small sample is near the pose that most correspondences fit, not there. Its score tells little
-/// among few correspondences, and the best pose of each group is improved.
+/// A pose fitted to a small sample is only near the pose that most correspondences fit, so its score is noisy if there
+/// are few correspondences. Steps to the nearby optimum therefore improve the best pose of each group.
 fn best<T: Scalar>(
     rows: &Rows<T>,
     scale: T,
@@ -89,7 +91,7 @@ fn best<T: Scalar>(
 ) -> Option<Vector5<T>> {
     let least = score_after(rows, &Vector5::zeros(), scale) + T::lit(PROPOSAL_GAIN);
     let mut best = Best { score: least, step: None };
-    // As much work for few rows as for many.
+    // Fewer rows allow more groups, so the work is about constant.
     for _ in 0..GROUPS * SAMPLED / rows.len().max(SAMPLED / 4) {
         let mut of_group = Best { score: T::ZERO, step: None };
         for _ in 0..GROUP {
@@ -107,7 +109,7 @@ fn best<T: Scalar>(
 /// The step of the highest score.
 struct Best<T> {
     score: T,
-    /// Rad.
+    /// Step, rad.
     step: Option<Vector5<T>>,
 }
 
@@ -120,19 +122,20 @@ impl<T: Scalar> Best<T> {
     }
 }
 
-/// Takes rows of a sample of the batch. In place: returned, they would take 1.5 kB of stack more.
+/// Fills `rows` from a sample of the batch. Filling in place saves 1.5 kB of stack.
 #[inline(never)]
 fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows<T>) {
     for pair in scattered_over(pairs, SAMPLED) {
         if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
             let root = by.precision(&constraint).sqrt();
-            // The sample is no larger.
+            // The sample fits the capacity.
             let _ = rows.push((constraint.value * root, constraint.jacobian.map(|j| j * root)));
         }
     }
 }
 
-/// Step to the pose through a random sample. The prior holds the directions that the sample leaves free.
+/// Returns the step to the pose fitted to a random sample, rad. The prior determines the directions that the sample
+/// leaves free.
 fn through_sample<T: Scalar>(
     rows: &Rows<T>,
     prior: &Information<T>,
@@ -146,7 +149,7 @@ fn through_sample<T: Scalar>(
     normal.with(prior).step()
 }
 
-/// The optimum near a step, by Geman-McClure's loss at a scale.
+/// Returns the step to the optimum near `start`, rad, with Geman-McClure's loss at `scale`, px.
 fn improved<T: Scalar>(
     rows: &Rows<T>,
     start: Vector5<T>,
@@ -169,20 +172,21 @@ fn improved<T: Scalar>(
     d
 }
 
-/// Number of correspondences that fit, each by the Cauchy weight of its squared residual, px^2.
+/// Returns the sum of the Cauchy weights of squared residuals, px^2. The sum is a soft count of the correspondences
+/// that fit.
 fn score<T: Scalar>(squares: impl Iterator<Item = T>, scale: T) -> T {
     let unit = T::ONE / (scale * scale);
     squares.fold(T::ZERO, |sum, squared| sum + T::ONE / (T::ONE + squared * unit))
 }
 
-/// Score of the pose after a step.
+/// Returns the score of the pose after a step, rad.
 #[inline(never)]
 fn score_after<T: Scalar>(rows: &Rows<T>, d: &Vector5<T>, scale: T) -> T {
     let residuals = rows.iter().map(|row| residual(row, d));
     score(residuals.map(|r| r * r), scale)
 }
 
-/// Residual of a row after a step, px.
+/// Returns the residual of a row after a step, px.
 #[inline(always)]
 fn residual<T: Scalar>((value, [j0, j1, j2, j3, j4]): &(T, [T; 5]), d: &Vector5<T>) -> T {
     let [[a, b, c, e, f]] = d.data.0;
@@ -198,7 +202,8 @@ mod tests {
     use crate::algebra::symmetric5::Symmetric5;
     use std::vec::Vec;
 
-    /// Pixels of a level pair, of which some are shifted across the rows alike.
+    /// Returns pixels of a level pair. The first `shifted` right pixels are moved by `across` px, perpendicular to the
+    /// rows.
     fn pixels(shifted: usize, across: f64) -> Vec<[f64; 4]> {
         let pixel = |i: usize| {
             let k = f64::from(u8::try_from(i).unwrap());
@@ -215,8 +220,8 @@ mod tests {
         (0..100).map(pixel).collect()
     }
 
-    /// Number of thirty matches within two pixels, at the level pose and after the rounds from there. Half of the matches fit
-    /// a pose so many rows away; the others have random rows.
+    /// Returns the numbers of matches with residuals below 2 px, out of 30, at the level pose and after the rounds from
+    /// that pose. Half of the matches fit a pose `away` rows from the level pose; the other half has random rows.
     fn fit_after_rounds(away: f64) -> [usize; 2] {
         let shift = |i: usize| {
             let k = f64::from(u8::try_from(i % 7).unwrap());
@@ -246,7 +251,7 @@ mod tests {
 
     #[test]
     fn improving_steps_lead_to_the_optimum_of_geman_mcclure_at_the_scale() {
-        // Rows of three unknowns; the prior holds the others.
+        // The rows depend on three unknowns; the prior determines the other two.
         let row = |i: u8| {
             let k = f64::from(i);
             let r = (3.1 * k).sin() + if i.is_multiple_of(4) { 5.0 } else { 0.0 };
@@ -268,7 +273,7 @@ mod tests {
 
     #[test]
     fn a_round_asks_for_a_fifth_of_a_match() {
-        // Thirty rows that fit exactly after a step, and are off by a residual before it.
+        // Thirty rows that fit exactly after a step, and have the same residual before it.
         let improves = |residual: f64| {
             let row = |i: u8| {
                 let k = f64::from(i);
@@ -280,7 +285,7 @@ mod tests {
             let mut random = Random::NEW;
             best(&rows, 1.0, &prior, &mut random).is_some()
         };
-        // Scale 1 px; 30 less 30 / (1 + r^2).
+        // At a scale of 1 px, the score grows by 30 - 30 / (1 + r^2).
         assert_eq!([0.07, 0.1].map(improves), [false, true]);
     }
 
@@ -297,8 +302,8 @@ mod tests {
         assert_eq!([0.5, 2.0, 5.0].map(scale), [0.7, 0.7, 1.5]);
     }
 
-    /// Rows of either crowd, the shifted one first, that fit the optimum after one round from the level pose as if it were
-    /// 1.5 px off; `None` if the round stays there.
+    /// Returns the numbers of rows of the shifted and of the level crowd that fit the optimum after one round from the
+    /// level pose, with residuals below 1.5 px plus noise. `None` if the round finds no better pose.
     fn found(shifted: usize, across: f64) -> Option<[usize; 2]> {
         let batch = batch::<f64>(pixels(shifted, across).into_iter());
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
@@ -317,7 +322,7 @@ mod tests {
 
     #[test]
     fn the_larger_of_two_crowds_is_found_and_the_smaller_one_is_not() {
-        // 33 and 17 rows are sampled.
+        // The sample has 33 rows of the larger crowd and 17 of the smaller crowd.
         let [larger, smaller] = found(65, 8.0).unwrap();
         assert!(larger >= 30 && smaller == 0, "{larger} {smaller}");
         assert_eq!([found(35, 8.0), found(0, 0.0)], [None; 2]);

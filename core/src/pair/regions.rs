@@ -1,4 +1,5 @@
-//! Sums of evaluated correspondences: moments, and normal equations of the regions of the image, for its halves.
+//! Sums over evaluated correspondences: moments, and normal equations of the image quadrants, which add up to image
+//! halves.
 
 use super::weighting::WeightedRow;
 use crate::algebra::moments::{COORDINATES, Moments};
@@ -11,19 +12,19 @@ pub(super) struct EvaluatedRow<T> {
     pub(super) row: WeightedRow<T>,
     /// Coordinates `k` of the moments.
     pub(super) coordinates: [T; COORDINATES],
-    /// Left ray `x_l`, `y_l`: decides the image half.
+    /// Left ray `x_l`, `y_l` at unit depth; its signs give the quadrant.
     pub(super) at: [T; 2],
 }
 
-/// Moments, and normal equations of the quadrants of the image, `[[upper left, upper right], [lower left, lower
-/// right]]`: each row is added once.
+/// Moments, and normal equations of the image quadrants `[[upper left, upper right], [lower left, lower right]]`. With
+/// quadrants instead of halves, each row is added once.
 pub(super) struct QuadrantSums<'a, T> {
     pub(super) moments: &'a mut Moments<T>,
     pub(super) quadrants: [[NormalEquations<T>; 2]; 2],
 }
 
 impl<T: Scalar> QuadrantSums<'_, T> {
-    /// Adds correspondences in order. Out of line: the registers hold sums, not terms of the pass.
+    /// Adds correspondences in order. Out of line, so that the registers hold the sums and not the terms of the pass.
     #[inline(never)]
     pub(super) fn add(&mut self, rows: &[EvaluatedRow<T>]) {
         self.moments.add_rows(rows.iter().map(|row| (row.row.weight, &row.coordinates)));

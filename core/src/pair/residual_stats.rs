@@ -1,4 +1,5 @@
-//! Residual statistics at a pose: noise, inliers, and the fit against that of the start (`ESTIMATOR.md`, section 7).
+//! Residual statistics at a pose: noise, inliers, and the fit at the pose compared with the fit at the start
+//! (`ESTIMATOR.md`, section 7).
 
 use super::leverage::form_peak;
 use super::loss::{BESIDE, ResidualVariance};
@@ -6,7 +7,7 @@ use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
 use crate::thresholds::{CROWD, INLIER, NEAR, PEAK_DEVIATIONS};
 
-/// Counts of correspondences (whole numbers) and sums over them.
+/// Counts of correspondences (whole numbers), and sums over correspondences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ResidualStats<T> {
     /// Correspondences in front of both cameras.
@@ -17,17 +18,17 @@ pub(crate) struct ResidualStats<T> {
     pub(crate) within: [T; 3],
     /// Residuals within half a unit.
     pub(super) inner: T,
-    /// Residuals within 2 units of points clearly in front of the cameras, and clearly behind them.
+    /// Residuals within 2 units: of points clearly in front of the cameras, and of points clearly behind them.
     pub(super) sides: [T; 2],
-    /// Residuals beyond 2 units of the loss, up to [`CROWD`]: positive less negative ones.
+    /// Number of positive minus number of negative residuals from 2 to [`CROWD`] units of the loss.
     pub(super) leaning: T,
-    /// Estimates of the noise variance from the residuals within 2 units, summed, px^2.
+    /// Sum of the estimates of the noise variance from the residuals within 2 units, px^2.
     pub(super) near_squares: T,
     /// Correspondences within Tukey's limit at the pose and in front of both cameras at the start.
     pub(crate) screened: T,
-    /// Sums of their squared row offsets at start and pose, unit depth.
+    /// Sums of the squared row offsets of the screened correspondences at start and pose, unit depth.
     pub(crate) squares: [T; 2],
-    /// Residuals within 2 units and from 2 to 4, of correspondences of high leverage.
+    /// Numbers of correspondences of high leverage with residuals below 2 units, and from 2 to 4 units.
     pub(super) high_leverage: [T; 2],
     /// Sums of the truncated squared row offsets of all correspondences at start and pose, unit depth.
     pub(crate) cost: [T; 2],
@@ -38,14 +39,14 @@ pub(super) struct Compared<T> {
     /// `None` behind a camera.
     pub(super) before: Option<T>,
     pub(super) after: T,
-    /// Limit of the truncated cost, squared row offset.
+    /// Squared row offset at which the cost is truncated, unit depth.
     pub(super) most: T,
-    /// Within Tukey's limit at the pose.
+    /// Whether the residual is within Tukey's limit at the pose.
     pub(super) fits: bool,
 }
 
 impl<T: Scalar> ResidualStats<T> {
-    /// Statistics of no correspondences.
+    /// Statistics without any correspondence.
     pub(super) const NONE: Self = Self {
         usable: T::ZERO,
         skipped: T::ZERO,
@@ -62,8 +63,9 @@ impl<T: Scalar> ResidualStats<T> {
 
     /// Counts the residual of a correspondence in front of both cameras.
     ///
-    /// * `value`: the constraint, of the sign of the residual; `squared`: squared whitened residual, px^2.
-    /// * `disparity`: disparity, and the smallest one, below zero, that noise explains.
+    /// * `value`: the constraint, with the sign of the residual; `squared`: squared whitened residual, px^2.
+    /// * `disparity`, `least`: disparity, and the smallest disparity that noise explains, which is negative; both
+    ///   scaled by the same positive factor.
     #[inline(always)]
     pub(super) fn count(
         &mut self,
@@ -115,43 +117,44 @@ impl<T: Scalar> ResidualStats<T> {
         }
     }
 
-    /// Residuals within 2 units.
+    /// Returns the number of residuals within 2 units.
     pub(super) fn near(&self) -> T {
         let [near, _, _] = self.within;
         near
     }
 
-    /// Residuals from 2 to 4 units.
+    /// Returns the number of residuals from 2 to 4 units.
     pub(super) fn beside(&self) -> T {
         let [near, _, around] = self.within;
         around - near
     }
 
-    /// Share of the usable correspondences that are in a crowd beside the peak, with the sign of its side.
+    /// Returns the share of the usable correspondences in a crowd beside the peak; positive or negative according to
+    /// the sign of its residuals.
     pub(super) fn crowd(&self) -> T {
         self.leaning / self.usable.max(T::ONE)
     }
 
-    /// Whether fewer residuals are near zero than flat ones would be, by more than chance: the pose lies between two
-    /// crowds. A quarter of flat residuals within 2 units is within half a unit.
+    /// Returns whether a flat distribution would have more residuals near zero, by more than chance: the pose then lies
+    /// between two crowds. A flat distribution has a quarter of its residuals within 2 units also within half a unit.
     pub(super) fn is_hollow(&self) -> bool {
         let missing = self.near() * T::lit(0.25) - self.inner;
         let variance = self.near() * T::lit(0.25 * 0.75);
         missing > T::lit(PEAK_DEVIATIONS) * variance.sqrt()
     }
 
-    /// Whether too many points that fit are behind the cameras.
+    /// Returns whether too many points that fit are behind the cameras.
     pub(super) fn is_behind(&self) -> bool {
         is_behind(self.sides)
     }
 
-    /// Share of the usable correspondences within 3 units.
+    /// Returns the share of the usable correspondences with residuals within 3 units.
     pub(super) fn inlier_share(&self) -> T {
         let [_, inliers, _] = self.within;
         inliers / self.usable.max(T::ONE)
     }
 
-    /// Whether the near residuals exceed those beside by more than chance.
+    /// Returns whether the near residuals outnumber the residuals from 2 to 4 units by more than chance.
     pub(super) fn exceed_background(&self) -> bool {
         form_peak([self.near(), self.beside()])
     }

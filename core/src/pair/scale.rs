@@ -1,7 +1,8 @@
-//! Scale selection: the smallest residual that many correspondences stay below (`ESTIMATOR.md`, section 5).
+//! Scale selection: the smallest level that the residuals of many correspondences stay below (`ESTIMATOR.md`, section
+//! 5).
 //!
-//! Inliers of any noise form a peak at zero, and outliers are flat there. Counts below a ladder of levels show the peak
-//! while the noise is not known yet.
+//! The residuals of inliers form a peak at zero at any noise level, while those of outliers are flat around zero.
+//! Counts below a ladder of levels show the peak before the noise is known.
 
 use core::f64::consts::SQRT_2;
 
@@ -11,27 +12,27 @@ use crate::thresholds::{
     CERTAIN_SHARE, FIRST_LEVEL_PX, LEVELS, NARROW_PX, PEAK_OVER_BESIDE, PEAK_SHARE,
 };
 
-/// Correspondences by their whitened residual: each counts at the first level that it is below. Levels are
-/// [`FIRST_LEVEL_PX`], and each `sqrt 2` times the one before.
+/// Histogram of whitened residuals: each correspondence counts at the lowest level above its residual. The first level
+/// is [`FIRST_LEVEL_PX`]; each further level is `sqrt 2` times the previous one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct LevelCounts<T>([T; LEVELS]);
 
 /// A peak of residuals at zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Peak<T> {
-    /// Its width: about one standard deviation of the inliers, px.
+    /// Width of the peak, px: about one standard deviation of the inliers.
     pub(super) level: T,
-    /// Part of the usable correspondences within twice the width.
+    /// Share of the usable correspondences with residuals below twice the width.
     share: T,
 }
 
 impl<T: Scalar> Peak<T> {
-    /// Whether it may be a peak of only a few matches, or lie between two crowds.
+    /// Returns whether the peak may consist of only a few matches, or lie between two crowds.
     ///
-    /// * `is_small`: of a small batch; a wrong pose fits few matches more often.
+    /// * `is_small`: whether the batch is small. In small batches, wrong poses fit by chance more often.
     pub(super) fn is_doubtful(&self, is_small: bool) -> bool {
         let [certain, of_small] = CERTAIN_SHARE.map(T::lit);
-        // A wide peak comes from noise, or from two crowds within it.
+        // A wide peak is caused by noise, or by two crowds within the peak.
         self.share < if is_small { of_small } else { certain } || self.level > T::lit(NARROW_PX)
     }
 }
@@ -49,7 +50,7 @@ impl<T: Scalar> LevelCounts<T> {
         }
     }
 
-    /// Correspondences below each level.
+    /// Returns the number of correspondences below each level.
     fn below(mut self) -> [T; LEVELS] {
         let mut below = T::ZERO;
         for count in &mut self.0 {
@@ -59,10 +60,11 @@ impl<T: Scalar> LevelCounts<T> {
         self.0
     }
 
-    /// The peak: the smallest level that many of the residuals are below, and by more than chance more than from
-    /// there to twice as far.
+    /// Returns the peak at the smallest level that enough residuals are below. Their number must also be at least
+    /// [`PEAK_OVER_BESIDE`] times the number from this level to twice this level, and must exceed it by more than
+    /// chance.
     ///
-    /// * `needed`: at least so many; `usable`: all of them.
+    /// * `needed`: least number of residuals below the level; `usable`: number of usable correspondences.
     pub(super) fn peak(&self, needed: u16, usable: T) -> Option<Peak<T>> {
         let least = T::count(needed.into()).max(T::lit(PEAK_SHARE) * usable);
         let mut level = T::lit(FIRST_LEVEL_PX);
@@ -85,14 +87,14 @@ impl<T: Scalar> LevelCounts<T> {
 mod tests {
     use super::*;
 
-    /// Counts of residuals, px.
+    /// Counts residuals, px.
     fn counts(residuals: impl Iterator<Item = f64>) -> LevelCounts<f64> {
         let mut counts = LevelCounts::NONE;
         residuals.for_each(|r| counts.add(r * r));
         counts
     }
 
-    /// So many residuals at the quantiles of a normal distribution (logistic approximation).
+    /// Returns `n` residuals at the quantiles of a normal distribution (logistic approximation).
     fn normal(n: u32, sd: f64) -> impl Iterator<Item = f64> {
         (0..n).map(move |i| {
             let p = (f64::from(i) + 0.5) / f64::from(n);
@@ -100,7 +102,7 @@ mod tests {
         })
     }
 
-    /// So many residuals, flat up to a limit, px.
+    /// Returns `n` residuals, px, evenly spaced from 0 to `limit`.
     fn flat(n: u32, limit: f64) -> impl Iterator<Item = f64> {
         (0..n).map(move |i| limit * (f64::from(i) + 0.5) / f64::from(n))
     }

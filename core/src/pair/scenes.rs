@@ -21,8 +21,8 @@ use std::vec::Vec;
 pub(super) const FOCAL: f64 = 500.0;
 pub(super) const CENTRE: f64 = 4000.0;
 
-/// Batch of pixels `u_l`, `v_l`, `u_r`, `v_r` in images wide enough for rays behind a turned pose; every third
-/// correspondence without a grid.
+/// Returns a batch of pixels `u_l`, `v_l`, `u_r`, `v_r`. The images are so wide that some rays point behind a turned
+/// camera. Every third correspondence has no grid.
 pub(super) fn batch<T: Scalar>(pixels: impl Iterator<Item = [f64; 4]>) -> Batch<T, 100> {
     let intrinsics =
         Intrinsics { focal: [T::lit(FOCAL); 2], principal: [T::lit(CENTRE); 2], size: [8000; 2] };
@@ -38,22 +38,23 @@ pub(super) fn batch<T: Scalar>(pixels: impl Iterator<Item = [f64; 4]>) -> Batch<
     batch
 }
 
-/// Pixels over the whole width, with their disparities and row offsets.
+/// Generates pixels `u_l`, `v_l`, `u_r`, `v_r` over the whole width, with varied disparities and row offsets.
 pub(super) fn pixels() -> impl Strategy<Value = Vec<[f64; 4]>> {
     let pixel = [200.0..7800.0, 3700.0..4299.0, -5.0..80.0, -3.0..3.0_f64];
     prop::collection::vec(pixel.prop_map(|[u, v, d, e]| [u, v, u - d, v + e]), 0..100)
 }
 
-/// Rays `x_l`, `y_l`, `x_r`, `y_r` of a correspondence in the rectified frame of a pose, unit depth.
+/// Returns the rays `x_l`, `y_l`, `x_r`, `y_r` at unit depth, in the camera frames, of a correspondence given in the
+/// rectified frame of a pose.
 ///
-/// * `[u, v, d, e]`: left ray, disparity and row offset.
+/// * `[u, v, d, e]`: left ray, disparity, and row of the right ray minus row of the left ray, at unit depth.
 pub(super) fn rays(pose: &RectifyingRotations<f64>, [u, v, d, e]: [f64; 4]) -> [f64; 4] {
     let l = pose.left().inverse() * Vector3::new(u, v, 1.0);
     let r = pose.right().inverse() * Vector3::new(u - d, v + e, 1.0);
     [l.x / l.z, l.y / l.z, r.x / r.z, r.y / r.z]
 }
 
-/// A pose in another scalar.
+/// Converts a pose to another scalar type.
 pub(super) fn rounded<T: Scalar>(pose: &RectifyingRotations<f64>) -> RectifyingRotations<T> {
     let extrinsics = pose.extrinsics().unwrap();
     let r = extrinsics.rotation().matrix().map(T::lit);
@@ -61,7 +62,7 @@ pub(super) fn rounded<T: Scalar>(pose: &RectifyingRotations<f64>) -> RectifyingR
     RectifyingRotations::from(&Extrinsics::try_new(&r, &t).unwrap())
 }
 
-/// A search at each of its stages, and a track.
+/// Returns a search before each of its first nine passes, and a track before its first.
 pub(super) fn solvers<T: Scalar>(
     batch: &Batch<T, 100>,
     rotation: [f64; 3],

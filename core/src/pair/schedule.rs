@@ -12,19 +12,19 @@ use crate::thresholds::{
 pub(super) enum Schedule<T> {
     /// Geman-McClure at this scale, px.
     Anneal(T),
-    /// Tukey, its limit widened by the covariance of the pose, rad^2.
+    /// Tukey, with its limit widened by the covariance of the pose, rad^2.
     Track(Symmetric5<T>),
     /// Tukey at the estimated noise.
     Polish,
 }
 
 impl<T: Scalar> Schedule<T> {
-    /// Schedule after a pass of the annealing, and the noise to polish with, px.
+    /// Returns the schedule after a pass of the annealing, and the noise for the polish, px, if the polish begins.
     ///
-    /// The scale goes below a peak before the polish begins: of two crowds of matches a wide scale sees one peak, between
-    /// them.
+    /// The scale falls below the peak before the polish begins, because at a wide scale two crowds of matches look like
+    /// one peak between them.
     ///
-    /// * `scale`: of the pass, px; `peak`: seen in the pass, px.
+    /// * `scale`: scale of the pass, px; `peak`: width of the peak seen in the pass, px.
     pub(super) fn after_annealing(scale: T, peak: Option<T>) -> (Self, Option<T>) {
         let is_wide = scale > T::lit(WIDE_SCALE_PX);
         let next = scale * T::lit(if is_wide { WIDE_ANNEALING } else { ANNEALING });
@@ -43,9 +43,9 @@ impl<T: Scalar> Schedule<T> {
         }
     }
 
-    /// Residual variance that the loss assumes, px^2.
+    /// Returns the residual variance that the loss assumes, px^2.
     ///
-    /// * `noise`: of a coordinate, px.
+    /// * `noise`: standard deviation of a coordinate, px.
     pub(super) fn variance(&self, noise: T) -> T {
         match self {
             Self::Anneal(scale) => *scale * *scale,
@@ -53,7 +53,7 @@ impl<T: Scalar> Schedule<T> {
         }
     }
 
-    /// Whether residuals of the pass are counted by size.
+    /// Returns whether the pass counts residuals by size.
     pub(super) fn sees_peaks(&self) -> bool {
         match self {
             Self::Anneal(scale) => *scale <= T::lit(WIDE_SCALE_PX),
@@ -62,7 +62,7 @@ impl<T: Scalar> Schedule<T> {
         }
     }
 
-    /// Loss of the pass.
+    /// Returns the loss of the pass.
     pub(super) fn loss(&self) -> Loss<T> {
         match self {
             Self::Anneal(scale) => Loss::Anneal(T::ONE / (*scale * *scale)),
@@ -79,7 +79,7 @@ mod tests {
     use super::*;
     use std::vec::Vec;
 
-    /// Scales of an annealing that always sees the same peak, and the noise it ends with.
+    /// Returns the scales of an annealing that sees the same peak in each pass, and its final noise, px.
     fn scales(first: f64, peak: Option<f64>) -> (Vec<f64>, f64) {
         let mut scales = Vec::from([first]);
         loop {

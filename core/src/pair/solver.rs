@@ -1,12 +1,13 @@
 //! Levenberg-Marquardt with a prior on one pair: one pass over the batch and one step at a time (`ESTIMATOR.md`,
 //! section 5).
 //!
-//! A *search* starts from afar: Geman-McClure's loss at a scale that covers the residuals at the start, which falls
-//! until the inliers form a peak, then Tukey's biweight at the noise, which each pass estimates until it settles. A
-//! search that ends in doubt starts once more. A *track* starts at a running estimate with its covariance, and widens
-//! the loss of each correspondence by the uncertainty of its residual.
+//! A *search* starts far from the solution. It begins with Geman-McClure's loss. The first scale covers the residuals
+//! at the start, and the scale falls until the inliers form a peak. Then the search uses Tukey's biweight at the noise
+//! level, which each pass estimates until the estimate settles. After a doubtful result, the search starts a second
+//! time. A *track* starts at a running estimate with its covariance. It widens the loss of each correspondence by the
+//! uncertainty of its predicted residual.
 //!
-//! Time: at most the given number of passes. Memory: constant, beside the batch.
+//! Time: at most the given number of passes. Memory: constant, in addition to the batch.
 
 use nalgebra::Vector5;
 
@@ -32,11 +33,11 @@ use crate::thresholds::{
     TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
 };
 
-/// Second start of a search.
+/// State of the second start of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Second {
     Possible,
-    /// The first one has ended in doubt.
+    /// The annealing from the first start has ended in doubt.
     Begun(Rounds),
     Taken,
 }
@@ -46,13 +47,13 @@ enum Second {
 pub(crate) struct TrackStart<T: Scalar> {
     /// Running estimate.
     pub(crate) pose: RectifyingRotations<T>,
-    /// Covariance of the estimate plus that of a pair about it, rad^2.
+    /// Covariance of the estimate plus the covariance of a pair about the estimate, rad^2.
     pub(crate) covariance: Symmetric5<T>,
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
     /// Whether correspondences of high leverage were inliers in the last pairs.
     pub(crate) trusts_leverage: bool,
-    /// Whether a second crowd stood beside the inliers in the last pairs.
+    /// Whether the last pairs had a second crowd of matches beside the inliers.
     pub(crate) sees_crowd: bool,
 }
 
@@ -60,7 +61,7 @@ pub(crate) struct TrackStart<T: Scalar> {
 #[derive(Debug, Clone)]
 pub(crate) struct PairSolver<T: Scalar> {
     pub(super) iterate: Iterate<T>,
-    /// Information about the start, 1/rad^2.
+    /// Prior information on the unknowns, about the start, 1/rad^2.
     prior: Information<T>,
     /// Whether correspondences of high leverage were inliers in the last pairs.
     trusts_leverage: bool,
@@ -71,17 +72,17 @@ pub(crate) struct PairSolver<T: Scalar> {
     /// Descent at the scale of the polish.
     descent: Descent<T>,
     second: Second,
-    /// Passes taken, without that of the evaluation.
+    /// Passes taken, without the evaluation.
     passes: u16,
     max_passes: u16,
-    /// Reason of the end; `None` while steps are left.
+    /// Reason for the end; `None` while steps are left.
     stop: Option<Stop>,
 }
 
 impl<T: Scalar> PairSolver<T> {
     /// Starts a search, with the prior of the configuration.
     ///
-    /// * `focal`: mean focal length, px; `max_passes`: with that of the evaluation.
+    /// * `focal`: mean focal length, px; `max_passes`: largest number of passes, evaluation included.
     pub(crate) fn search(
         config: &Config,
         focal: T,
@@ -105,7 +106,7 @@ impl<T: Scalar> PairSolver<T> {
             prior: Information(Symmetric5::of_diagonal([config.prior(); 5])),
             trusts_leverage: false,
             moved: Vector5::zeros(),
-            // The first pass begins higher.
+            // A placeholder: the first pass sets the scale, which is at least this large.
             schedule: Schedule::Anneal(T::lit(WIDE_SCALE_PX)),
             descent: Descent::NEW,
             second: Second::Possible,
@@ -132,7 +133,7 @@ impl<T: Scalar> PairSolver<T> {
     /// Takes one more pass and step, unless only the evaluation is left.
     ///
     /// # Errors
-    /// [`Rejection::TooFew`] in front of both cameras.
+    /// [`Rejection::TooFew`]: a search has too few correspondences in front of both cameras.
     pub(crate) fn advance(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
         match (&self.stop, &self.schedule) {
             (Some(_), _) => (),
@@ -159,48 +160,49 @@ impl<T: Scalar> PairSolver<T> {
         Ok(())
     }
 
-    /// The pose reached, for the evaluation.
+    /// Returns the iterate at the current pose, for the evaluation.
     pub(crate) fn iterate(&self) -> &Iterate<T> {
         &self.iterate
     }
 
-    /// Reason of the end.
+    /// Returns the reason for the end; [`Stop::PassesSpent`] while steps are left.
     pub(crate) fn stop(&self) -> Stop {
         self.stop.unwrap_or(Stop::PassesSpent)
     }
 
-    /// Whether only the evaluation is left.
+    /// Returns whether only the evaluation is left.
     pub(crate) fn is_done(&self) -> bool {
         self.stop.is_some()
     }
 
-    /// First limit on leverage, at the start of a track. Out of line: bounds the stack of [`PairSolver::advance`].
+    /// Returns the first limit on leverage, at the start of a track. Out of line, because this bounds the stack of
+    /// [`PairSolver::advance`].
     #[inline(never)]
     fn survey(&self, matches: &[RayPair<T>], covariance: &Symmetric5<T>) -> Option<Leverage<T>> {
         survey(&self.weighting(), scattered(matches), covariance)
     }
 
-    /// First scale of a search, px. Out of line, as [`PairSolver::survey`].
+    /// Returns the first scale of a search, px. Out of line for the same reason as [`PairSolver::survey`].
     #[inline(never)]
     fn first_scale(&self, matches: &[RayPair<T>]) -> T {
         first_scale(&self.weighting(), scattered(matches))
     }
 
-    /// Sums over the batch at the pose.
+    /// Returns the sums over the batch at the pose.
     #[inline(never)]
     fn pass(&self, matches: &[RayPair<T>]) -> PassSums<T> {
         PassSums::of(&self.iterate, &self.schedule, matches)
     }
 
-    /// Takes one step from the sums at the pose, then the next loss of the schedule.
+    /// Takes one step from the sums at the pose, then sets the next loss of the schedule.
     ///
-    /// `(H + P + damping) d = -(g + P m)` with the prior `P` and the sum `m` of the steps so far. At a fixed scale a
-    /// point of higher cost is left again, with more damping. Where no step exists, the pair ends with
-    /// [`Stop::NoDescent`] at the best pose.
+    /// The step `d` solves `(H + P + damping) d = -(g + P m)` with the prior information `P` and the sum `m` of the
+    /// previous steps. At a fixed scale, a point of higher cost is rejected, and the next step from the best point has
+    /// more damping. If no step exists, the solver ends with [`Stop::NoDescent`] at the best pose.
     #[inline(never)]
     fn step(&mut self, pass: &PassSums<T>, matches: usize) {
         self.passes = self.passes.saturating_add(1);
-        // A match behind a camera costs as much as an outlier.
+        // A match behind a camera has the cost of an outlier.
         let behind = T::count(u32::try_from(matches).unwrap_or(u32::MAX)) - pass.usable;
         let cost = pass.cost + behind * T::lit(TUKEY * TUKEY / 6.0);
         let Self { iterate, moved, prior, .. } = &*self;
@@ -211,7 +213,7 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Goes back to the best point, and takes a step with more damping.
+    /// Returns to the best point, and takes a step with more damping.
     fn go_back(&mut self, best: &Point<T>) {
         (self.iterate.pose, self.moved) = (best.pose, best.moved);
         self.descent.damp();
@@ -222,7 +224,10 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Takes the step from a point; the step, rad, and the covariance of the pose, rad^2. `None` without a step.
+    /// Takes the step from a point. Returns the step, rad, and the covariance of the pose, rad^2; `None` if no step
+    /// exists.
+    ///
+    /// * `joint`: normal equations at the point, prior included.
     fn take_step(&mut self, joint: &NormalEquations<T>) -> Option<(Vector5<T>, Symmetric5<T>)> {
         let factor = joint.information.0.factor(self.descent.damping)?;
         let d = -factor.solve(&joint.gradient);
@@ -231,7 +236,7 @@ impl<T: Scalar> PairSolver<T> {
         Some((d, factor.inverse()))
     }
 
-    /// Takes a step from here, and the next loss.
+    /// Takes a step from `here`, and sets the next loss.
     fn descend(&mut self, pass: &PassSums<T>, here: Point<T>) {
         let Some((d, covariance)) = self.take_step(&here.joint) else {
             self.stop = Some(Stop::NoDescent);
@@ -255,9 +260,10 @@ impl<T: Scalar> PairSolver<T> {
         };
     }
 
-    /// Follows a change of the scale: what the next pass leaves out, and limits.
+    /// Updates the limit on leverage and the smallest disparity for the next pass.
     ///
-    /// * `covariance`: of the pose, rad^2; `before`: variance that the loss of the pass assumed, px^2.
+    /// * `covariance`: covariance of the pose, rad^2; `before`: residual variance that the loss of the pass assumed,
+    ///   px^2.
     fn follow(&mut self, pass: &PassSums<T>, covariance: &Symmetric5<T>, before: T) {
         let information = &pass.normal.information.0;
         self.iterate.fitted = covariance.dot(information);
@@ -277,8 +283,8 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// One round of the second start, from the pose of the round before. After the last one the annealing continues, if
-    /// the pose is another one.
+    /// Runs one round of the second start, from the pose of the previous round. After the last round the annealing
+    /// continues if a round has moved the pose.
     #[inline(never)]
     fn take_round(&mut self, mut rounds: Rounds, matches: &[RayPair<T>]) {
         self.passes = self.passes.saturating_add(1);
@@ -287,7 +293,7 @@ impl<T: Scalar> PairSolver<T> {
         if let Some(d) = rounds.take(&by, matches, scale, &self.prior) {
             let (pose, moved) = (self.iterate.pose, self.moved);
             let least = fit(&by, matches, scale) + T::lit(PROPOSAL_GAIN);
-            // The sample and the linear residuals of the round may be wrong.
+            // The round has used a sample and linearised residuals, so all correspondences must confirm the new pose.
             if self.moves(&d).is_some() && fit(&self.weighting(), matches, scale) > least {
                 rounds.moved = true;
             } else {
@@ -304,7 +310,7 @@ impl<T: Scalar> PairSolver<T> {
         };
     }
 
-    /// Moves the pose to another start; `None` if the start is no rig.
+    /// Moves the pose by a step `d`, rad, to another start; `None` if the moved pose is not a valid rig.
     fn moves(&mut self, d: &Vector5<T>) -> Option<()> {
         self.iterate.pose = self.iterate.pose.stepped_by(d)?;
         self.moved += *d;
@@ -312,12 +318,13 @@ impl<T: Scalar> PairSolver<T> {
         Some(())
     }
 
-    /// Residual variance that the loss assumes, px^2.
+    /// Returns the residual variance that the loss assumes, px^2.
     pub(super) fn variance(&self) -> T {
         self.schedule.variance(self.iterate.noise)
     }
 
-    /// Takes the next scale, or the next estimate of the noise; true once the noise has settled, which then stays.
+    /// Sets the next scale of the annealing, or the next estimate of the noise. Returns true once the noise has
+    /// settled; the noise then stays fixed.
     fn tighten(&mut self, pass: &PassSums<T>) -> bool {
         let floor = self.iterate.noise_floor;
         let seen = pass.levels.peak(self.iterate.needed, pass.usable);
@@ -330,7 +337,7 @@ impl<T: Scalar> PairSolver<T> {
                     self.iterate.noise = noise;
                     let is_small = is_small(pass.usable);
                     let is_doubtful = seen.is_none_or(|peak| peak.is_doubtful(is_small));
-                    // A second start needs a pass of its own, and a step after it.
+                    // A second start needs one pass for a round, and one for a step after it.
                     let has_passes = self.passes.saturating_add(1) < self.max_passes;
                     if is_doubtful && has_passes && self.second == Second::Possible {
                         self.second = Second::Begun(Rounds::after_annealing(seen.is_some()));
@@ -350,7 +357,7 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Weighting of the next pass.
+    /// Returns the weighting of the next pass.
     #[inline(never)]
     pub(super) fn weighting(&self) -> Weighting<T> {
         self.iterate.weighting(self.schedule.loss())

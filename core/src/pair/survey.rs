@@ -1,4 +1,4 @@
-//! Survey: typical leverage and residual in a sample of the batch, before the first step of a track or search.
+//! Survey of a sample of the batch before the first step: typical leverage for a track, typical residual for a search.
 
 use super::constraint::Constraint;
 use super::leverage::{Leverage, baseline_block, share};
@@ -12,39 +12,40 @@ use crate::thresholds::{FIRST_SCALE_MEDIANS, SURVEYED, WIDE_SCALE_PX};
 /// Multiplier of a pseudo-random generator modulo 2^32 (Steele and Vigna, arXiv 2001.05304).
 const MULTIPLIER: u32 = 0xE817_FB2D;
 
-/// Pseudo-random numbers, the same in every run.
+/// Pseudo-random number generator with a fixed seed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Random(u32);
 
 impl Random {
     pub(super) const NEW: Self = Self(1);
 
-    /// A number below `n`; `None` if `n` is 0.
+    /// Returns a number below `n`; `None` if `n` is 0.
     pub(super) fn below(&mut self, n: usize) -> Option<usize> {
         self.0 = self.0.wrapping_mul(MULTIPLIER);
-        // The high bits as a fraction of the length: the low ones recur soon.
+        // The high 16 bits, as a fraction of `n`. The low bits have short periods.
         let place = (self.0 >> 16).checked_mul(u32::try_from(n).ok()?)? >> 16;
         usize::try_from(place).ok().filter(|place| *place < n)
     }
 }
 
-/// The sample: one value of each of at most [`SURVEYED`] equal parts.
+/// Returns the sample of a survey: one value from each of at most [`SURVEYED`] equal parts.
 pub(super) fn scattered<T>(all: &[T]) -> impl Iterator<Item = &T> {
     scattered_over(all, SURVEYED)
 }
 
-/// One value of each of at most so many equal parts. Its place in the part is pseudo-random, and the same in all slices
-/// of one length. With a fixed place, outliers at regular places could be all of the sample.
+/// Returns one value from each of at most `most` equal parts. The place within a part is pseudo-random, but the same
+/// for all slices of one length. With a fixed place, the sample could consist of outliers that recur at regular places.
 pub(super) fn scattered_over<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
     let stride = all.len().div_ceil(most).max(1);
     let mut random = Random::NEW;
     all.chunks(stride).filter_map(move |part| part.get(random.below(part.len())?))
 }
 
-/// Limit from the median share of those within the loss: in far scenes that of an outlier is 20,000 times as large.
-/// `None` where it is not finite, or nothing is within the loss.
+/// Returns the limit on leverage from the median share of the correspondences within Tukey's limit. In far scenes, the
+/// share of an outlier is 20,000 times the median. `None` if the limit is not finite, or if no correspondence is within
+/// Tukey's limit.
 ///
-/// * `by`: weighting at the start; `covariance`: of the pose, rad^2.
+/// * `by`: weighting at the start; `covariance`: covariance of the pose, rad^2.
 pub(super) fn survey<'a, T: Scalar>(
     by: &Weighting<T>,
     sample: impl Iterator<Item = &'a RayPair<T>>,
@@ -60,7 +61,8 @@ pub(super) fn survey<'a, T: Scalar>(
         let precision = by.precision(&constraint);
         let expected = by.expected(pair.grid_step());
         let x = tracked(covariance, by.tukey_squared, &constraint, precision, &expected);
-        // Beyond the loss: outliers, which may be most. Not `>`: a NaN must fail this test.
+        // Skips residuals beyond Tukey's limit: outliers, possibly the majority. The test is written so that a NaN
+        // fails it.
         if !(x <= T::ONE) {
             continue;
         }
@@ -71,8 +73,8 @@ pub(super) fn survey<'a, T: Scalar>(
     Leverage::first(median(&shares)?, covariance)
 }
 
-/// First scale of a search, px: twice the median residual of the sample at the start, which is mostly the error of the
-/// start, but at least [`WIDE_SCALE_PX`].
+/// Returns the first scale of a search, px: twice the median residual of the sample at the start, but at least
+/// [`WIDE_SCALE_PX`]. The median residual is mostly caused by the error of the start.
 ///
 /// * `by`: weighting at the start.
 pub(super) fn first_scale<'a, T: Scalar>(
@@ -90,8 +92,9 @@ pub(super) fn first_scale<'a, T: Scalar>(
     (T::lit(FIRST_SCALE_MEDIANS) * typical).max(T::lit(WIDE_SCALE_PX))
 }
 
-/// The median, of an even number the larger one of the two; `None` of no values and where one is not a number. By
-/// ranks: small code, and as many comparisons as the square of a few values.
+/// Returns the median; for an even number of values, the larger of the two middle ones. NaNs rank above all numbers.
+/// `None` if the slice is empty or the median is NaN. The search by ranks needs little code, and its quadratic cost is
+/// low for a few values.
 #[inline(never)]
 fn median<T: Scalar>(values: &[T]) -> Option<T> {
     let is_median = |value: &&T| {
@@ -128,7 +131,7 @@ mod tests {
         }
     }
 
-    /// The limits have the chance of a random sample.
+    /// The limits on `percent` hold for a random sample.
     #[test]
     fn a_sample_follows_no_period() {
         for length in 33..1025_usize {
@@ -137,7 +140,8 @@ mod tests {
                 let mut counts = [0_usize; 16];
                 scattered(&all).for_each(|place| counts[place % period] += 1);
                 counts.sort_unstable_by(|a, b| b.cmp(a));
-                // Outliers at that half of the places of which the sample has most.
+                // Outliers at half of the residues modulo the period: those residues that are most frequent in the
+                // sample.
                 let outliers: usize = counts[..period / 2].iter().sum();
                 let percent = 100 * outliers / scattered(&all).count();
                 assert!(percent < if period > 8 { 90 } else { 80 }, "{length} {period} {percent}");

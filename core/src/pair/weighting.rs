@@ -1,4 +1,4 @@
-//! Weight of a correspondence in the normal equations of a pass: loss, inverse variance and leverage.
+//! Weight of a correspondence in the normal equations of a pass, from loss, inverse variance and leverage.
 
 use super::constraint::{Constraint, PoseTerms};
 use super::leverage::{Leverage, Limited};
@@ -9,9 +9,9 @@ use crate::scalar::Scalar;
 /// Loss of a pass.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Loss<T> {
-    /// Geman-McClure; one over the square of its scale, 1/px^2.
+    /// Geman-McClure, with the inverse square of its scale, 1/px^2.
     Anneal(T),
-    /// Tukey, its limit widened by the covariance of the pose, rad^2.
+    /// Tukey, with its limit widened by the covariance of the pose, rad^2.
     Track(Symmetric5<T>),
     /// Tukey at the estimated noise.
     Polish,
@@ -22,47 +22,47 @@ pub(super) enum Loss<T> {
 pub(super) struct Weighting<T> {
     pub(super) pose: PoseTerms<T>,
     pub(super) loss: Loss<T>,
-    /// Limit on leverage, if known.
+    /// Limit on leverage; `None` if not known yet.
     pub(super) leverage: Option<Leverage<T>>,
     /// Square of the focal length, px^2.
     pub(super) focal_squared: T,
-    /// Inverse of that: area of a pixel at unit depth.
+    /// Inverse of `focal_squared`: area of a pixel at unit depth.
     pub(super) unit_squared: T,
     /// Variance of a coordinate, px^2.
     pub(super) noise_squared: T,
     /// Squared limit of Tukey's loss, in units of the loss.
     pub(super) tukey_squared: T,
-    /// Smallest disparity, unit depth.
+    /// Smallest disparity of a weighted correspondence, unit depth.
     pub(super) min_disparity: T,
 }
 
 /// Row of the normal equations.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct WeightedRow<T> {
-    /// `w f^2 / V`, leverage limited, dimensionless; above 0.
+    /// `w f^2 / V` after the limit on leverage, dimensionless; above 0.
     pub(super) weight: T,
     /// `C`.
     pub(super) value: T,
-    /// Derivatives of `C / sqrt V` times `sqrt V`, 1/rad; of `C` in a track.
+    /// Derivatives of `C / sqrt V` times `sqrt V`, 1/rad; in a track, derivatives of `C`.
     pub(super) jacobian: [T; 5],
 }
 
 impl<T: Scalar> Weighting<T> {
-    /// `f^2 / V`: inverse variance of the constraint for coordinates of variance 1 px^2.
+    /// Returns `f^2 / V`, px^2: the inverse variance of the constraint for coordinates with a variance of 1 px^2.
     pub(super) fn precision(&self, constraint: &Constraint<T>) -> T {
         self.focal_squared / constraint.variance
     }
 
-    /// Expected variance of a residual.
+    /// Returns the expected variance of a residual.
     ///
-    /// * `grid_step`: px.
+    /// * `grid_step`: step of the matcher's grid, px.
     pub(super) fn expected(&self, grid_step: T) -> ResidualVariance<T> {
         ResidualVariance::of(self.noise_squared, grid_step)
     }
 
-    /// Row of the normal equations for a correspondence, and how far the limit on leverage has reduced its weight.
+    /// Returns the row of the normal equations for a correspondence, and the effect of the limit on leverage.
     ///
-    /// * `precision`: `f^2 / V`, px^2; `w`: weight by the loss, 1/px^2.
+    /// * `precision`: `f^2 / V`, px^2; `w`: weight from the loss, 1/px^2.
     #[inline(always)]
     pub(super) fn row(
         &self,
@@ -72,7 +72,7 @@ impl<T: Scalar> Weighting<T> {
     ) -> (WeightedRow<T>, Option<Limited<T>>) {
         let value = constraint.value;
         let jacobian = match self.loss {
-            // The pose after a track's two steps decides weights only: the derivative of `V` is left out.
+            // The pose after the two steps of a track only determines weights, so the derivative of `V` is omitted.
             Loss::Track(_) => constraint.jacobian,
             Loss::Anneal(_) | Loss::Polish => {
                 constraint.whitened_jacobian(&self.pose, value * precision * self.unit_squared)
@@ -85,10 +85,10 @@ impl<T: Scalar> Weighting<T> {
     }
 }
 
-/// Squared residual over Tukey's squared limit, dimensionless. The uncertainty of the pose adds to the noise, as in
-/// covariance gating.
+/// Returns the squared residual over Tukey's squared limit, dimensionless. As in covariance gating, the uncertainty of
+/// the pose is added to the noise.
 ///
-/// * `covariance`: of the pose, rad^2.
+/// * `covariance`: covariance of the pose, rad^2.
 /// * `tukey_squared`: squared limit, in units of the loss.
 /// * `precision`: `f^2 / V`, px^2.
 #[inline(always)]

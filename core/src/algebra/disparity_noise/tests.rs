@@ -1,4 +1,4 @@
-//! The noise of disparities against exact noise, and the gains of the baseline's information.
+//! Compares the noise of disparities with exact noise, and tests the gains of the information on the baseline.
 
 extern crate std;
 
@@ -19,7 +19,7 @@ fn frame() -> Pose {
     pose([0.05, -0.08, 0.03], [0.1, -0.06])
 }
 
-/// A grid of points in the camera frames at infinity, `disparity` px nearer along the rectified rows.
+/// Returns the camera rays of a grid of points that have a common disparity, px, along the rectified rows.
 fn points(frame: &Pose, disparity: f64) -> Vec<[Vector3<f64>; 2]> {
     let at = |i: usize, n: u32| 2.0 * f64::from(u32::try_from(i).unwrap()) / f64::from(n) - 1.0;
     let point = |i: usize| {
@@ -32,8 +32,8 @@ fn points(frame: &Pose, disparity: f64) -> Vec<[Vector3<f64>; 2]> {
     (0..225).map(point).collect()
 }
 
-/// Moments of the points with noise of exactly the deviation in each coordinate, and with the gradient of the
-/// whitened cost, which has no noise on average.
+/// Returns the moments of the points with noise whose sample deviation in each coordinate is exactly `NOISE_PX`. Their
+/// gradient is the gradient without noise, because the gradient of the whitened cost has no noise on average.
 fn noisy(frame: &Pose, disparity: f64) -> Moments<f64> {
     let mut sums = Moments::ZERO;
     let moved = 2.0 * NOISE_PX / FOCAL;
@@ -63,7 +63,7 @@ fn noisy(frame: &Pose, disparity: f64) -> Moments<f64> {
     sums
 }
 
-/// Square of the part of `p x (1, 0, 0)` along the optical axis of a view.
+/// Returns the squared component of `p x (1, 0, 0)` along the optical axis of a view.
 fn axis_part(view: &nalgebra::Rotation3<f64>, p: &Vector3<f64>) -> f64 {
     p.cross(&Vector3::x()).dot(&view.matrix().column(2)).powi(2)
 }
@@ -85,7 +85,8 @@ fn at_infinity_all_information_on_the_baseline_is_noise_at_any_pose() {
         for (all, noise) in whole.iter().zip(noise.0) {
             assert!((all - noise).abs() < 0.02 * size, "{step:?} {whole:?} {noise:?}");
         }
-        // No slope towards the pose of the evaluation, as a sum with noise has.
+        // The gradient is zero on average. Sums that include noise would have a slope towards the pose of the
+        // evaluation.
         let slope = normal.gradient.w.hypot(normal.gradient.a);
         assert!(slope < 0.02 * size * y.hypot(z).max(0.1), "{step:?}: {slope} of {size}");
     }
@@ -132,7 +133,7 @@ fn at_infinity_nothing_is_left_of_the_baseline_and_all_of_the_rotation() {
     let frame = frame();
     let biased = noisy(&frame, 0.0).biased_at_frame();
     let left = biased.debiased();
-    // Marginal information on the baseline; noise alone would give that of 100 matches and more.
+    // Marginal information on the baseline. Noise alone adds the information of more than 100 matches.
     let marginal = |i: &Information<f64>| i.matrix().try_inverse().map_or(0.0, |c| 1.0 / c.m55);
     assert!(marginal(&biased.normal.information) > 100.0);
     let with_prior = left.with_prior(1.0);

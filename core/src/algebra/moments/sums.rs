@@ -3,7 +3,8 @@
 use super::{COORDINATES, Moments};
 use crate::scalar::Scalar;
 
-/// Adds `w` times the outer product of some rows, written out: at opt-level "s" a loop takes twice the instructions.
+/// Adds some rows of `w` times an outer product. Written out, because at opt-level "s" a loop takes twice the
+/// instructions.
 macro_rules! add_rows {
     ($sums:ident, $w:ident; $($row:ident: $($place:literal $column:ident),+);+) => {$(
         let weighted = $w * $row;
@@ -12,10 +13,12 @@ macro_rules! add_rows {
 }
 
 impl<T: Scalar> Moments<T> {
-    /// Adds correspondences in order, a tile of the triangle after the other: each sum is loaded and stored once. The
-    /// sums and coordinates of a tile fit the 32 registers of a controller; of larger ones the compiler rotates them.
+    /// Adds correspondences in order, one tile of the triangle after the other, so that each sum is loaded and stored
+    /// once. The sums and coordinates of a tile fit into the 32 registers of a controller; larger tiles would be moved
+    /// between registers.
     ///
-    /// * `rows`: weight, one over the variance of the constraint at the depths of the coordinates; coordinates `k`.
+    /// * `rows`: weight and coordinates `k` of each correspondence. The weight is the inverse variance of the
+    ///   constraint at the depths of the coordinates.
     pub(crate) fn add_rows<'r>(
         &mut self,
         rows: impl Iterator<Item = (T, &'r [T; COORDINATES])> + Clone,
@@ -27,7 +30,7 @@ impl<T: Scalar> Moments<T> {
         rows.for_each(|(w, k)| self.add_tile::<4>(w, k));
     }
 
-    /// Adds rows of the triangle: 21, 17, 17, 11 and 12 sums.
+    /// Adds one correspondence to tile `G` of the triangle. The tiles hold 21, 17, 17, 11 and 12 sums.
     #[inline(always)]
     #[rustfmt::skip]
     fn add_tile<const G: usize>(

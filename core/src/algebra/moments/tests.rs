@@ -1,4 +1,4 @@
-//! The sums against sums over the matches one by one.
+//! Compares the moments with sums over single matches.
 
 extern crate std;
 
@@ -16,7 +16,7 @@ const FOCAL: f64 = 1400.0;
 /// A weight and two rays at unit depth in the rectified frame.
 type Match<T> = (T, Vector3<T>, Vector3<T>);
 
-/// `n` matches with these disparities, px, and `noise_px` uniform noise on every coordinate.
+/// Returns `n` matches with disparities in a range, px, and uniform noise of up to `noise_px` on every coordinate.
 fn scene(n: usize, disparity_px: Range<f64>, noise_px: f64, seed: u64) -> Vec<Match<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut one = || {
@@ -44,19 +44,19 @@ fn sums<T: Scalar>(scene: &[Match<T>]) -> Moments<T> {
 
 type Pose = RectifyingRotations<f64>;
 
-/// The pose whose rectified frame most tests use.
+/// Returns the pose whose rectified frame most tests use.
 fn frame() -> Pose {
     pose([0.05, -0.08, 0.03], [0.1, -0.06])
 }
 
-/// The same rays in the rectified frame of another pose.
+/// Transforms the rays to the rectified frame of another pose.
 fn seen_from(scene: &[Match<f64>], frame: &Pose, pose: &Pose) -> Vec<Match<f64>> {
     let left = pose.left() * frame.left().inverse();
     let right = pose.right() * frame.right().inverse();
     scene.iter().map(|(w, a, b)| (*w, left * a, right * b)).collect()
 }
 
-/// Normal equations of `w C^2` over the matches one by one, derivatives by central differences.
+/// Returns the normal equations of `sum w C^2`, summed over single matches, with derivatives by central differences.
 fn direct(scene: &[Match<f64>], frame: &Pose, pose: &Pose) -> NormalEquations<f64> {
     let constraints = |pose: &Pose| -> Vec<f64> {
         let seen = seen_from(scene, frame, pose);
@@ -78,7 +78,7 @@ fn direct(scene: &[Match<f64>], frame: &Pose, pose: &Pose) -> NormalEquations<f6
     sum
 }
 
-/// Largest differences of information and gradient, scaled to unit diagonal of the information.
+/// Returns the largest differences of information and gradient, scaled to a unit diagonal of the information.
 fn gap<T: Scalar>(a: &NormalEquations<T>, b: &NormalEquations<f64>) -> [f64; 2] {
     let exact = b.information.matrix();
     let scale = exact.diagonal().map(|h| 1.0 / h.sqrt());
@@ -98,7 +98,7 @@ fn normal_equations_at_any_pose_match_the_sum_over_the_matches() {
         let pose = frame.stepped_by(&step).unwrap();
         let [information, gradient] =
             gap(&sums.at_pose(&frame, &pose), &direct(&scene, &frame, &pose));
-        // In standard deviations; the residuals here are up to 1e3.
+        // The gaps are in standard deviations; the residuals reach 1e3 of them.
         assert!(information < 1e-8 && gradient < 1e-6, "{step} {information:e} {gradient:e}");
     }
 }
@@ -149,7 +149,7 @@ fn a_gradient_that_is_set_holds_at_the_frame_and_its_offset_by_the_baseline_turn
     let (here, there) = (shift(&frame), shift(&other));
     let by_rotation = |shift: Vector5<f64>| shift.fixed_rows::<3>(0).into_owned();
     assert!((by_rotation(there) - by_rotation(here)).amax() < 1e-8 * here.amax());
-    // By the baseline: first column of the noise tensor, which has no other elements yet.
+    // The baseline part is the first column of the noise tensor, whose other elements are still zero.
     let (xy, xz) = (here.a, -here.w);
     let tensor = Matrix3::new(0.0, xy, xz, xy, 0.0, 0.0, xz, 0.0, 0.0);
     let turn = (other.left() * frame.left().inverse()).into_inner();
@@ -157,7 +157,7 @@ fn a_gradient_that_is_set_holds_at_the_frame_and_its_offset_by_the_baseline_turn
     assert!((there.w + turned.m31).abs() < 1e-8 * here.amax(), "{there} {turned}");
     assert!((there.a - turned.m21).abs() < 1e-8 * here.amax(), "{there} {turned}");
     assert!((there - here).amax() > 1e-3 * here.amax());
-    // Setting it again replaces it.
+    // Setting the gradient again replaces the offset.
     moments.set_gradient(&set);
     assert!((moments.at_pose(&frame, &frame).gradient - got).amax() < 1e-8);
 }
@@ -199,7 +199,7 @@ fn each_of_the_twenty_expressions_at_the_frame_matches_central_differences_and_t
 {
     let frame = frame();
     let mut rng = ChaCha8Rng::seed_from_u64(9);
-    // Rays that do not correspond: no expression is small.
+    // The rays do not correspond, so that no expression is small.
     let mut one = || {
         let mut within = |limit: f64| rng.random_range(-limit..=limit);
         let [a, b] = [(); 2].map(|()| Vector3::new(within(0.7), within(0.5), 1.0 + within(0.2)));

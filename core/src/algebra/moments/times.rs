@@ -3,7 +3,8 @@
 use super::{COORDINATES, Moments, PRODUCT_TRIANGLE, PRODUCTS, Vector12};
 use crate::scalar::Scalar;
 
-/// Rows of `M x`: its number and the place of its diagonal element, then `place x column` of the others.
+/// Adds rows of `M x`. Each row lists its element of `x`, its number and the place of its diagonal element, then
+/// `place x column` for each other element.
 macro_rules! times_rows {
     ($m:ident, $y:ident; $($x_row:ident $row:literal $diagonal:literal: $($place:literal $x:ident $column:literal),*);+) => {$(
         let sum = T::ZERO $(+ $m[$place] * $x)*;
@@ -13,7 +14,7 @@ macro_rules! times_rows {
 }
 
 impl<T: Scalar> Moments<T> {
-    /// `M x`; reads each element of the triangle once.
+    /// Returns `M x`. Each element of the triangle is read once.
     #[inline(always)]
     pub(in crate::algebra) fn times(&self, x: &Vector12<T>) -> Vector12<T> {
         let mut y = self.times_without_lens(x);
@@ -21,7 +22,7 @@ impl<T: Scalar> Moments<T> {
         y
     }
 
-    /// Adds the part of `M x` that the lens has to do with.
+    /// Adds the part of `M x` that involves coordinates of the lens.
     #[inline(never)]
     fn add_times_lens(&self, x: &Vector12<T>, y: &mut Vector12<T>) {
         let mut m = self.products.iter().skip(PRODUCT_TRIANGLE);
@@ -37,7 +38,8 @@ impl<T: Scalar> Moments<T> {
         }
     }
 
-    /// `M x` of the nine products alone, zero for the lens. Written out: `x` and `M x` stay in registers.
+    /// Returns `M x` for the nine products alone, and zeros for the lens. Written out, so that `x` and `M x` stay in
+    /// registers.
     #[inline(never)]
     #[rustfmt::skip]
     pub(super) fn times_without_lens(&self, x: &Vector12<T>) -> Vector12<T> {

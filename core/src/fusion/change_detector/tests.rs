@@ -1,4 +1,4 @@
-//! Each part of the detector alone detects the change that it is made for.
+//! Tests that each window alone detects the changes that it is designed for.
 
 use super::super::hypothesis::Update;
 use super::super::hypothesis::tests::{context, evaluated_at, fused, truth};
@@ -6,7 +6,7 @@ use super::*;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::pair::evaluate::EvaluatedPose;
 
-/// Adds a pair to both; returns whether the short and the long window alone reject.
+/// Adds a pair to hypothesis and detector. Returns whether the short window alone and the long window alone reject.
 fn add(
     hypothesis: &mut Hypothesis<f64>,
     detector: &mut ChangeDetector<f64>,
@@ -22,7 +22,8 @@ fn add(
     [no_long, no_short].map(|detector| detector.has_changed(hypothesis, &context))
 }
 
-/// Pairs of a rig that turns by so many rad a pair from the 60th on, until a window rejects.
+/// Returns the number of pairs until the short window and the long window reject a rig that turns by `rate` rad per
+/// pair after the 60th pair.
 fn pairs_until_rejected(rate: f64, seed: u64, pairs: u32) -> [Option<u32>; 2] {
     let mut hypothesis = fused(&[evaluated_at(&truth(), seed)], 1, &context());
     let mut detector = ChangeDetector::NEW;
@@ -65,7 +66,7 @@ fn a_window_rejects_beyond_its_limit_times_the_reduced_chi_square() {
     };
     assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 1.0)), [false, true]);
     assert_eq!([111.0, 113.0].map(|statistic| changes(statistic, 4.0)), [false, true]);
-    // Less than chance does not count as a change.
+    // A reduced chi-square below 1 does not lower the limit.
     assert_eq!([27.0, 29.0].map(|statistic| changes(statistic, 0.5)), [false, true]);
 }
 

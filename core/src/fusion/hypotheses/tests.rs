@@ -1,4 +1,4 @@
-//! Conditions that keep a challenger from replacing the rig.
+//! Conditions under which a challenger does not replace the champion.
 
 use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, truth};
 use super::*;
@@ -11,7 +11,7 @@ use std::vec::Vec;
 
 extern crate std;
 
-/// A challenger with three pairs, over a champion or alone.
+/// Returns hypotheses with a challenger that [`MIN_AGREED`] pairs agree with, with or without a champion.
 fn hypotheses(champion: Option<&Hypothesis<f64>>, challenger: &Hypothesis<f64>) -> Hypotheses<f64> {
     let champion = champion
         .map(|hypothesis| Champion { hypothesis: *hypothesis, detector: ChangeDetector::NEW });
@@ -63,7 +63,7 @@ fn a_pair_without_a_clear_peak_supports_no_challenger() {
     let alone = hypotheses(None, &fused(&pairs(0.0, 0..4), 1, &context));
     let mut pair = evaluated::<f64>(9);
     assert!(alone.gate_of_challenger(&pair, &context));
-    // With 9 within 2 units and 6 from 2 to 4, the peak is hardly more than chance.
+    // With 9 residuals within 2 units and 6 from 2 to 4, the peak does not exceed chance.
     pair.stats.within = [9.0, 12.0, 15.0];
     assert!(!pair.has_clear_peak() && pair.has_peak());
     assert!(!alone.gate_of_challenger(&pair, &context));

@@ -1,4 +1,4 @@
-//! Conditional estimates of a hypothesis: of `R` with a given baseline, and of the lens.
+//! Conditional estimates from a hypothesis: `R` for a given baseline, and the lens.
 
 use nalgebra::Vector5;
 
@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 use crate::thresholds::OPTIMUM_STEPS;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills the normal equations of the lens at the pose, for a rig at rest, and returns those of the extrinsics.
+    /// Fills the normal equations of the lens at the pose, for a rig at rest. Returns the equations of the extrinsics.
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
         let pose = &self.pose_at_rest(&self.pose).unwrap_or(self.pose);
@@ -25,9 +25,9 @@ impl<T: Scalar> Hypothesis<T> {
         biased
     }
 
-    /// Optimum of `R` for the baseline in use, if the estimated baseline is doubtful. `None` if there is no optimum, if
-    /// it fits clearly worse than the extrinsics in use, or if it may not be applied because the descent has left the
-    /// range of its linearisation.
+    /// Returns the extrinsics with the baseline in use and the optimal `R` for it, for a doubtful estimate of the
+    /// baseline. `None` if there is no optimum, if the optimum fits clearly worse than the extrinsics in use, or if it
+    /// is beyond the limit for extrinsics in use, because the descent has left the range of its linearisation.
     #[inline(never)]
     pub(crate) fn with_baseline_of(
         &self,
@@ -41,7 +41,8 @@ impl<T: Scalar> Hypothesis<T> {
         (!is_worse && context.allows_in_use(&held)).then_some(held)
     }
 
-    /// The optimum of `R` for a baseline. Out of line: its sums are gone before those of the comparison.
+    /// Returns the optimum of `R` for the baseline of `target`. Out of line, so that its sums leave the stack before
+    /// those of the comparison need it.
     #[inline(never)]
     fn descend_with_baseline_of(
         &self,
@@ -56,7 +57,7 @@ impl<T: Scalar> Hypothesis<T> {
         pose.extrinsics().ok()
     }
 
-    /// Step to that optimum, rad.
+    /// Returns the step from a pose to the optimum of `R` for the baseline of `target`, rad.
     #[inline(never)]
     fn step_with_baseline_of(
         &self,

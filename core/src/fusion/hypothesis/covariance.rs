@@ -1,4 +1,4 @@
-//! Covariances of a hypothesis: for the comparison with a pair, by noise alone, and as reported.
+//! Covariances of a hypothesis: for the comparison with a pair, for noise alone, and for the report.
 
 use super::Hypothesis;
 use crate::algebra::information::StandardDeviations;
@@ -8,8 +8,9 @@ use crate::scalar::Scalar;
 use crate::thresholds::MAX_LOCKED_SD_RAD;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Covariance for the comparison with a pair, rad^2, widened along the drift. If the image halves disagree, it is
-    /// widened in all directions, because a pair with other weights of the regions may differ in any direction.
+    /// Returns the covariance for the comparison with a pair, rad^2. It is widened along the drift. If the image halves
+    /// disagree, it is widened in all directions, because a pair with other weights of the regions may differ in any
+    /// direction.
     #[inline(never)]
     pub(super) fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         Some(self.with_motion(
@@ -18,19 +19,20 @@ impl<T: Scalar> Hypothesis<T> {
         ))
     }
 
-    /// A covariance with the drift added, and with the vibration that the sums do not include.
+    /// Returns a covariance with the drift added, and with the part of the vibration that the sums do not include.
     fn with_motion(&self, covariance: &Symmetric5<T>, context: &Context<'_, T>) -> Symmetric5<T> {
         let mut covariance = *covariance;
         covariance.add_outer_out_of_line(T::ONE, &self.drift.into());
         if self.is_rigid() {
-            // The pairs were weighed without the vibration, so their mean is off by its remainder.
+            // The pairs were weighted without the vibration, so the mean over the pairs still contains an average of
+            // the vibration.
             let pairs = self.pairs.clamp(1, context.config.memory_pairs.max(1));
             context.vibration.scaled(T::ONE / T::count(pairs)).add_to(&mut covariance);
         }
         covariance
     }
 
-    /// Covariance of the estimate by noise alone, rad^2: without biases, for instance of a lens.
+    /// Returns the covariance of the estimate due to noise alone, rad^2, without biases such as those of a lens.
     pub(in crate::fusion) fn covariance_of_noise(
         &self,
         context: &Context<'_, T>,
@@ -40,8 +42,8 @@ impl<T: Scalar> Hypothesis<T> {
         joint.inverse()
     }
 
-    /// Reported covariance, rad^2: with the scatter of the pairs, and with the bias that the image halves show, which
-    /// does not scatter.
+    /// Returns the covariance for the report, rad^2. It includes the scatter of the pairs, and the bias that the image
+    /// halves show, which is the same in all pairs and so does not appear in their scatter.
     #[inline(never)]
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let noise = self.covariance_of_noise(context)?;
@@ -50,7 +52,7 @@ impl<T: Scalar> Hypothesis<T> {
         Some(covariance)
     }
 
-    /// Reported standard deviations, rad.
+    /// Returns the standard deviations for the report, rad.
     pub(in crate::fusion) fn deviations(
         &self,
         context: &Context<'_, T>,
@@ -58,7 +60,7 @@ impl<T: Scalar> Hypothesis<T> {
         Some(StandardDeviations::of(&self.reported_covariance(context)?))
     }
 
-    /// Whether the reported deviation of `R` is small enough to lock.
+    /// Returns whether the reported standard deviation of `R` is small enough to lock.
     pub(in crate::fusion) fn is_certain(&self, context: &Context<'_, T>) -> bool {
         let most = T::lit(MAX_LOCKED_SD_RAD);
         self.deviations(context).is_some_and(|sd| sd.rotation <= most)

@@ -1,4 +1,4 @@
-//! Distance of a pair or of another hypothesis from this one, over both covariances (`ESTIMATOR.md`, section 12).
+//! Mahalanobis distance of a pair or of another hypothesis from this hypothesis (`ESTIMATOR.md`, section 12).
 
 use super::Hypothesis;
 use crate::config::Context;
@@ -7,8 +7,9 @@ use crate::scalar::Scalar;
 use crate::thresholds::{MAX_NIS, MIN_INLIER_RATIO, VIBRATION_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
-    /// NIS of a pair: squared distance of its optimum from the estimate, over both covariances and vibration. Without
-    /// vibration it is chi-square of 5 degrees of freedom.
+    /// Returns the NIS of a pair: the squared Mahalanobis distance of its optimum from the estimate, with the sum of
+    /// both covariances and the vibration. Without vibration the NIS is chi-square distributed with 5 degrees of
+    /// freedom.
     #[inline(never)]
     pub(in crate::fusion) fn innovation(
         &self,
@@ -23,9 +24,9 @@ impl<T: Scalar> Hypothesis<T> {
         both.inverse_form(&step)
     }
 
-    /// Whether a pair that was tracked from this hypothesis is inside the gate.
+    /// Returns whether a pair that was tracked from this hypothesis is inside the gate.
     ///
-    /// * `usual`: usual share of inliers; `slack`: factor of the gate.
+    /// * `usual`: usual share of inliers, 0 to 1; `slack`: factor of the limit of the NIS.
     pub(in crate::fusion) fn gate(
         &self,
         evaluated: &EvaluatedPose<T>,
@@ -40,8 +41,8 @@ impl<T: Scalar> Hypothesis<T> {
             && self.innovation(&evaluated.measurement, context).is_some_and(|nis| nis < limit)
     }
 
-    /// Whether this hypothesis differs from another one by more than chance: squared distance over both covariances
-    /// above [`MAX_NIS`].
+    /// Returns whether this hypothesis differs from another one by more than chance: the squared Mahalanobis distance,
+    /// with the sum of both covariances, exceeds [`MAX_NIS`] times the reduced chi-square of the other one.
     pub(in crate::fusion) fn departs_from(&self, other: &Self, context: &Context<'_, T>) -> bool {
         let covariances = self.covariance(context).zip(other.covariance(context));
         let apart = self.pose.unknowns_to(&other.pose);

@@ -1,4 +1,4 @@
-//! A hypothesis of a vibrating rig: a pair is weighed by its information on the mean rig.
+//! A hypothesis of a vibrating rig. Each pair is weighted by its information on the mean rig.
 
 use nalgebra::Vector5;
 
@@ -14,13 +14,14 @@ use crate::scalar::Scalar;
 use crate::thresholds::{FORGOTTEN_PAIRS, FREEDOM_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Whether its pairs are weighed as for a rigid rig.
+    /// Returns whether the pairs are weighted as for a rigid rig.
     pub(in crate::fusion) fn is_rigid(&self) -> bool {
         !self.marginal.is_used()
     }
 
-    /// Variances of a pair about the estimate, zero for a rigid rig. Once they are not zero they stay so, because sums
-    /// with and without them do not mix.
+    /// Returns the variances of the vibration that the hypothesis assumes, rad^2; zero for a rigid rig. Once the pairs
+    /// are weighted for a vibration, the variances never return to zero, because sums with and without vibration cannot
+    /// be mixed.
     #[inline(never)]
     pub(in crate::fusion) fn vibration(&self, context: &Context<'_, T>) -> BlockVariances<T> {
         if self.is_rigid() && context.vibration.is_zero() {
@@ -30,11 +31,13 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Starts or ends settling pairs as if the rig rested at the frame of the sums. Either way the frame becomes the
-    /// estimate: sums at rest have their optimum at the frame, other sums at the estimate. If there were only a few
-    /// pairs, they include the vibration and are dropped.
+    /// Starts or ends the mode in which pairs are settled as if the rig rested at the frame of the sums. In both cases
+    /// the frame becomes the estimate: sums of a rig at rest have their optimum at the frame, other sums at the
+    /// estimate. If there are only a few pairs and the vibration is large, the pairs are dropped, because they contain
+    /// the vibration.
     ///
-    /// * `variances`: variances of the vibration; `next`: moments of a pair in the frame of the sums.
+    /// * `variances`: variances of the vibration, rad^2; `next`: moments of the next pair in the frame of the sums,
+    ///   which are transformed too.
     #[inline(never)]
     pub(super) fn begin_or_end_settling_at_rest(
         &mut self,
@@ -49,11 +52,11 @@ impl<T: Scalar> Hypothesis<T> {
         self.reframe();
     }
 
-    /// Adds the moments of a pair in the frame of the sums. If cameras turn, the pair is added as if the rig rested:
-    /// in the rectified frame of the extrinsics that the turns moved off the estimate it equals one of a rig at rest
-    /// at the frame of the sums, because the turns do not affect its residuals.
+    /// Adds the moments of a pair in the frame of the sums. If the cameras rotate from pair to pair, the pair is added
+    /// as if the rig rested at the frame of the sums. For this, its moments are transformed to the rectified frame of
+    /// its own displaced extrinsics. In that frame the rotations do not affect the residuals.
     ///
-    /// * `variances`: variances of the vibration; zero for a rigid rig.
+    /// * `variances`: variances of the vibration, rad^2; zero for a rigid rig.
     #[inline(never)]
     pub(super) fn settle(&mut self, pair: &Moments<T>, variances: &BlockVariances<T>) {
         let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
@@ -65,7 +68,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.sums.add(&at_rest);
     }
 
-    /// Maps a pose to the rig at rest that the sums describe.
+    /// Maps a pose to the corresponding pose of the rig at rest that the sums describe; `None` if no such pose exists.
     pub(super) fn pose_at_rest(
         &self,
         pose: &RectifyingRotations<T>,
@@ -77,17 +80,19 @@ impl<T: Scalar> Hypothesis<T> {
             .stepped_by(&self.pose.unknowns_to(pose))
     }
 
-    /// Whether a vibration is known, and whether turns of the cameras explain it.
+    /// Returns whether a vibration is known, and whether rotations of the cameras explain it.
     pub(in crate::fusion) fn vibration_known(&self) -> (bool, bool) {
         (!self.is_rigid(), self.settles_at_rest())
     }
 
-    /// Whether pairs are settled as if the rig rested at the frame of the sums.
+    /// Returns whether pairs are settled as if the rig rested at the frame of the sums.
     pub(super) fn settles_at_rest(&self) -> bool {
         self.marginal.variances.of_turns() > T::ZERO
     }
 
-    /// Optimum of sums whose rig is off the estimate by a random effect.
+    /// Returns the optimum of sums whose rig differs from the estimate by a random effect.
+    ///
+    /// * `variances`: variances of the random effect, rad^2.
     #[inline(never)]
     fn displaced_optimum(
         &self,
@@ -99,7 +104,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.pose.stepped_by(&-factor.solve(&normal.gradient))
     }
 
-    /// Computes the update by one more pair, by its marginal sums. `None` without an admissible step.
+    /// Computes the update from one more pair with the marginal sums. `None` if there is no admissible step.
     #[inline(never)]
     pub(super) fn next_marginal(
         &self,
@@ -123,13 +128,14 @@ impl<T: Scalar> Hypothesis<T> {
         joint.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
         let step = joint.step()?;
         optimum.pose = self.pose.stepped_by(&step)?;
-        // The sums move in a straight line: for a turn far from that line their optimum would be wrong.
+        // The marginal sums are shifted linearly. If the pose departs far from the linear step, their optimum would be
+        // wrong.
         let off = step - self.pose.unknowns_to(&optimum.pose);
         let squared = off.dot(&optimum.information.times(&off));
         (squared <= T::HALF * T::lit(MAX_INCONSISTENCY)).then_some(())
     }
 
-    /// Applies the remaining parts of a marginal update.
+    /// Applies the parts of an update that only a vibrating rig needs.
     ///
     /// * `moved`: step of the pose, rad.
     #[inline(never)]
@@ -141,12 +147,13 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) {
         if self.is_rigid() {
-            // The earlier scatter was vibration, so the reduced chi-square restarts at 1. Without vibration of `R` it
-            // may be a bias of the matches, which the reduced chi-square covers in all directions.
+            // The earlier scatter was vibration, so the reduced chi-square restarts at 1. If only the baseline
+            // vibrates, the scatter may be a bias of the matches. Then the reduced chi-square is kept, because it
+            // covers a bias in all directions.
             if context.vibration.rotation > T::ZERO {
                 self.reduced_chi_square = T::ONE;
             }
-            // If the halves disagreed already, their disagreement has another cause and is kept.
+            // A disagreement of the halves before the vibration has another cause and is kept.
             if self.halves.agree() {
                 self.halves = ImageHalves::NONE;
             }
@@ -178,7 +185,7 @@ mod tests {
         let context = context.vibrating(variances);
         let mut update = Update::NONE;
         for seed in 0..60_u32 {
-            // Half of the angle between the baselines, rad.
+            // `off` is half of the angle between the baselines, rad.
             let (sin, cos) = f64::from(seed).sin_cos();
             let off = 0.4 + 0.4 * f64::from(seed) / 60.0;
             let [one, other] = [off, -off].map(|off| {
@@ -189,7 +196,7 @@ mod tests {
             let mut hypothesis = Hypothesis::EMPTY;
             hypothesis.begin(&one, &update, &context);
             let is_refused = hypothesis.next_update(&other, &context, &mut update).is_err();
-            // In between it depends on the direction.
+            // Between these limits the result depends on the direction.
             if !(0.5..0.65).contains(&off) {
                 assert_eq!(is_refused, off > 0.6, "{off}");
             }

@@ -1,4 +1,4 @@
-//! A hypothesis as a prior, and a hypothesis that starts from a prior.
+//! Conversion of a hypothesis to a prior, and start of a hypothesis from a prior.
 
 use nalgebra::Vector5;
 
@@ -12,14 +12,14 @@ use crate::scalar::Scalar;
 use crate::thresholds::MAX_NOISE_PX;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills in the estimate without its pairs. No estimate if the sums have no solution.
+    /// Fills a prior with the estimate, without its pairs. `None` if the sums have no solution.
     #[inline(never)]
     pub(in crate::fusion) fn fill_prior(
         &self,
         prior: &mut Prior<T>,
         context: &Context<'_, T>,
     ) -> Option<()> {
-        // Each step is out of line, so that its stack is free again after it.
+        // Each step is out of line, to free its stack for the next step.
         let at_rest = self.pose_at_rest(&self.pose)?;
         self.fill_equations(prior, &at_rest, context)?;
         let drifts = self.drift.dot(&self.information.times(&self.drift)) > T::ONE;
@@ -32,7 +32,7 @@ impl<T: Scalar> Hypothesis<T> {
         Some(())
     }
 
-    /// Fills in equations and response of a rigid rig.
+    /// Fills equations and response as for a rigid rig.
     #[inline(never)]
     fn fill_equations(
         &self,
@@ -46,9 +46,9 @@ impl<T: Scalar> Hypothesis<T> {
         prior.response.set(&sums, &prior.equations.normal.information, context.prior)
     }
 
-    /// Equations with the covariance of the estimate, and without noise. The sums alone are not enough: a vibrating rig
-    /// weighs each pair, and the covariance of a drifting rig, or with disagreeing image halves, is wider than that of
-    /// its pairs.
+    /// Sets equations that have the covariance of the estimate and contain no noise. The equations of the sums are not
+    /// sufficient in these cases: with vibration the pairs have other weights, and with a drift or with image halves
+    /// that disagree the covariance is wider than that of the pairs.
     #[inline(never)]
     fn widen(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
         let mut information = self.covariance(context)?.inverse()?;
@@ -59,24 +59,24 @@ impl<T: Scalar> Hypothesis<T> {
         Some(())
     }
 
-    /// Gradient of the pairs that balances the prior about the factory extrinsics.
+    /// Returns the gradient of the pairs that balances the prior about the factory extrinsics, 1/rad.
     fn balance(&self, context: &Context<'_, T>) -> Vector5<T> {
         self.pose.unknowns_to(&context.factory_pose) * context.prior
     }
 
-    /// Starts an empty hypothesis with a prior.
+    /// Starts an empty hypothesis from a prior.
     #[inline(never)]
     pub(in crate::fusion) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
         (self.pose, self.frame) = (prior.pose, prior.pose);
         let mut equations = prior.equations;
-        // `R` is observed: its gradient balances the prior.
+        // `R` is observed, so its gradient balances the prior about the factory extrinsics.
         let balance = self.balance(context);
         let gradient = &mut equations.normal.gradient;
         (gradient.x, gradient.y, gradient.z) = (balance.x, balance.y, balance.z);
         let normal = equations.debiased();
         self.information = normal.information;
-        // Row offsets scatter by the noise of both views, and the pitch element of `H` is the sum of the weights.
-        // An update of the firmware may have changed the floor.
+        // The variance of row offsets is twice the noise variance, because both views have noise. The pitch element of
+        // `H` is nearly the sum of the weights. The noise floor may have changed with a firmware update.
         let floor = T::single(context.config.noise_floor_px);
         self.noise = prior.noise.max(floor).min(floor.max(T::lit(MAX_NOISE_PX)));
         let deviation = self.noise / context.focal;
@@ -111,7 +111,7 @@ mod tests {
         resumed
     }
 
-    /// Movements of the estimate by the lens.
+    /// Returns the effects of the lens parameters on the estimate, rad per unit of the parameter.
     fn effects(
         of: &Hypothesis<f64>,
         context: &Context<'_, f64>,
@@ -137,8 +137,8 @@ mod tests {
     fn a_prior_has_the_pose_the_covariance_and_the_response_to_the_lens_of_its_pairs() {
         let rigid = context::<f64>();
         let turns = BlockVariances { rotation: 4e-6, baseline: 4e-6 };
-        // The record keeps the equations of a vibrating rig without the noise of disparities, which the response
-        // includes.
+        // For a vibrating rig, the record keeps the equations without the noise of disparities, but the response
+        // includes this noise.
         for (context, most) in [(rigid, 1e-3), (rigid.vibrating(turns), 0.15)] {
             let pairs: std::vec::Vec<_> = (0..12).map(evaluated).collect();
             let before = fused(&pairs, 2, &context);
@@ -147,7 +147,7 @@ mod tests {
             let covariances = [&before, &after].map(|h| h.reported_covariance(&context).unwrap());
             let [old, new] = covariances.map(|covariance| covariance.diagonal());
             for (old, new) in old.into_iter().zip(new) {
-                // The estimate keeps the information of the step before its last one.
+                // The information of the estimate belongs to the pose before the last step.
                 assert!((new / old - 1.0).abs() < 1e-3, "{old} {new}");
             }
             let [old, new] = [&before, &after].map(|h| effects(h, &context));

@@ -1,4 +1,4 @@
-//! Estimates over many pairs, compared with their definitions and with chance.
+//! Compares estimates over many pairs with their definitions and with the expected statistics.
 
 extern crate std;
 
@@ -32,7 +32,8 @@ pub(in crate::fusion) fn evaluated<T: Scalar>(seed: u64) -> EvaluatedPose<T> {
     evaluated_at(&truth(), seed)
 }
 
-/// 128 points 3 to 80 baselines away, uniform noise of +-0.5 px, evaluated at their optimum.
+/// Returns the evaluation at its optimum of a pair with 128 points, 3 to 80 baselines away, and uniform noise of +-0.5
+/// px.
 pub(in crate::fusion) fn evaluated_at<T: Scalar>(
     truth: &RectifyingRotations<f64>,
     seed: u64,
@@ -85,7 +86,7 @@ fn add<T: Scalar>(
     hypothesis.apply(&pair.measurement, &mut update, context);
 }
 
-/// Largest difference of two poses, in reported standard deviations of the first.
+/// Returns the largest difference between the poses, in reported standard deviations of the hypothesis.
 fn gap<T: Scalar>(hypothesis: &Hypothesis<T>, to: &RectifyingRotations<f64>) -> f64 {
     let covariance = hypothesis.reported_covariance(&context()).unwrap().matrix().map(T::to_f64);
     let e = hypothesis.pose().extrinsics().unwrap();
@@ -96,12 +97,12 @@ fn gap<T: Scalar>(hypothesis: &Hypothesis<T>, to: &RectifyingRotations<f64>) -> 
 }
 
 impl<T: Scalar> Hypothesis<T> {
-    /// The hypothesis after it has just followed a drift by so many rad.
+    /// Returns the hypothesis just after it has followed a drift, rad.
     pub(in crate::fusion) fn drifting(self, drift: Vector5<T>) -> Self {
         Self { drift, ..self }
     }
 
-    /// The hypothesis of pairs that scatter by more than they report.
+    /// Returns the hypothesis with the reduced chi-square of pairs that scatter by more than they report.
     pub(in crate::fusion) fn scattered(self, reduced_chi_square: T) -> Self {
         Self { reduced_chi_square, ..self }
     }
@@ -161,7 +162,7 @@ fn another_rig_departs_further_off_where_pairs_scatter_by_more_than_they_report(
     let context = context::<f64>();
     let pairs: Vec<EvaluatedPose<f64>> = (0..10).map(evaluated).collect();
     let estimate = fused(&pairs, 1, &context);
-    // The first turn, in steps of a twentieth, at which a rig departs.
+    // Smallest rotation, rad, in steps of 5 %, at which a rig departs.
     let first = |reduced_chi_square| {
         let estimate = estimate.scattered(reduced_chi_square);
         let departs = |angle: f64| {
@@ -196,12 +197,12 @@ fn a_hundred_thousand_pairs_in_f32_are_those_in_f64_and_report_the_deviation_of_
     let sd = |hypothesis: &Hypothesis<f32>| {
         hypothesis.information.standard_deviations().unwrap().translation
     };
-    // The halves fade like the whole.
+    // The sums of the halves fade like the sums of the whole image.
     let [all, left, top] = long.halves.pitch();
     let whole = long.information.matrix().m11;
     assert!((all / whole - 1.0).abs() < 0.05, "{all} {whole}");
     assert!((0.3..0.7).contains(&(left / all)) && (0.3..0.7).contains(&(top / all)));
-    // The memory holds a thousand pairs: ten times those of one round.
+    // The memory holds a thousand pairs, ten times the pairs of one round.
     let shrunk = sd(&fused(&single, 1, &context())) / sd(&long);
     assert!((3.0..3.4).contains(&shrunk), "{shrunk}");
 }
@@ -215,7 +216,7 @@ fn the_optimum_is_where_the_slope_of_sums_and_prior_vanishes() {
     let slope =
         seen.gradient - hypothesis.pose().unknowns_to(&context.factory_pose) * context.prior;
     let off = slope.component_div(&hypothesis.information.matrix().diagonal().map(f64::sqrt));
-    // The last step leaves an error of its squared length.
+    // The last step leaves an error of the order of its squared length.
     assert!(off.amax() < 1e-3, "{off}");
 }
 
@@ -237,14 +238,16 @@ fn nis_and_reduced_chi_square_of_consistent_pairs_match_chance() {
         // The 95th percentile.
         beyond += f64::from(squared > 11.07) / 300.0;
     }
-    // Five degrees of freedom and uniform noise; the allowance for vibration lowers the NIS.
+    // The expected value is about 5 for five degrees of freedom, although the noise is uniform. The allowance for
+    // vibration lowers the NIS.
     assert!((3.5..5.5).contains(&plain), "{plain}");
     assert!((1.5..plain).contains(&nis) && beyond < 0.05, "{nis} {beyond}");
     let reduced = hypothesis.reduced_chi_square;
     assert!((0.7..1.3).contains(&reduced), "{reduced}");
 }
 
-/// A pair of random correspondences, evaluated at the factory extrinsics, and extrinsics in use that are far off.
+/// Returns a pair of random correspondences, evaluated at the factory extrinsics, and extrinsics in use that are far
+/// off.
 fn badly_determined(seed: u64) -> Option<(EvaluatedPose<f64>, Extrinsics<f64>)> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let (size, count) = (0.5_f64 * 0.003_f64.powf(rng.random()), rng.random_range(12..40));
@@ -264,8 +267,8 @@ fn badly_determined(seed: u64) -> Option<(EvaluatedPose<f64>, Extrinsics<f64>)> 
     Some((evaluated, in_use))
 }
 
-/// For `R` fitted to the baseline in use: whether it is better than the extrinsics in use over sums and prior; whether
-/// it is not clearly worse over the sums alone; and whether it may be applied. `None` without a fit.
+/// Fits `R` to the baseline in use. Returns whether the fit is better than the extrinsics in use over sums and prior,
+/// whether it is not clearly worse over the sums alone, and whether it may be in use. `None` without a fit.
 fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
     let (evaluated, in_use) = badly_determined(seed)?;
     let context = context::<f64>();
@@ -287,7 +290,8 @@ fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
 
 #[test]
 fn rotation_with_the_baseline_in_use_has_the_prior_and_is_left_where_the_descent_fails() {
-    // At 4641 and 8013 the fit is clearly worse than the extrinsics in use; at 929 and 931 it is beyond the limit.
+    // With the seeds 4641 and 8013 the fit is clearly worse than the extrinsics in use; with 929 and 931 it is beyond
+    // the limit.
     let found: Vec<_> = (4400..4800).chain([929, 931, 8013]).map(fit_to_baseline_in_use).collect();
     let fits: Vec<_> = found.into_iter().flatten().collect();
     let better = fits.iter().filter(|[better, ..]| *better).count();
@@ -301,7 +305,7 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
     let both = 4e-6;
     let turning = rigid.vibrating(BlockVariances { rotation: both, baseline: both });
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    // It starts 0.2 degrees off the mean, and the estimate then moves away.
+    // The hypothesis starts 0.2 degrees off the mean, and the estimate moves to the mean later.
     let mut hypothesis = fused(&[at(4e-3, 0)], 1, &turning);
     let (mut farthest, mut last_turning) = ([0.0_f64; 2], 0.0);
     for seed in 1..80 {
@@ -318,17 +322,17 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
             *far = far.max(optimum_of_sums_off_estimate(&hypothesis));
         }
     }
-    // The estimate improves once the turns cease; the pairs settled before keep their old places.
+    // The estimate improves once the rotations cease, but the pairs settled before are not settled again.
     let [turning, after] = farthest;
     assert!(turning < 1e-6 && after < 2.0 * last_turning, "{farthest:?} {last_turning}");
 }
 
-/// A pair of a rig turned by so many rad about `x`.
+/// Returns a pair of a rig turned by `turned` rad about `x`.
 pub(super) fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
     evaluated_at(&truth().stepped_by(&Vector5::ith(0, turned)).unwrap(), seed)
 }
 
-/// Turn about `x` from the estimate to the optimum of the sums as if the rig rested, rad.
+/// Returns the rotation about `x` between the estimate and the optimum of the sums as if the rig rested, rad.
 fn optimum_of_sums_off_estimate(hypothesis: &Hypothesis<f64>) -> f64 {
     let pose = hypothesis.pose_at_rest(hypothesis.pose()).unwrap();
     let step = hypothesis.sums.debiased_at_pose(&hypothesis.frame, &pose).step().unwrap();

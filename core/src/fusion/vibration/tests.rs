@@ -1,4 +1,4 @@
-//! The variances, compared with those that made the pairs.
+//! Compares the estimated variances with the true variances of simulated pairs.
 
 extern crate std;
 
@@ -10,16 +10,17 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::vec::Vec;
 
-/// Standard normal number: the sum of twelve uniform numbers (Irwin-Hall).
+/// Draws a standard normal number: the sum of twelve uniform numbers minus 6 (Irwin-Hall).
 fn normal(rng: &mut ChaCha8Rng) -> f64 {
     (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
 }
 
-/// Deviations of one pair, rad.
+/// Standard deviations of the optimum of one pair, rad.
 const PAIR_SD: [f64; 5] = [1e-4, 4e-4, 1e-4, 1e-3, 5e-4];
 
-/// Feeds optima of a rig that follows `path` and vibrates by `sd` of rotation and baseline; returns the variances after
-/// each.
+/// Adds the optima of a rig that follows `path` and vibrates. Returns the variances after each pair.
+///
+/// * `sd`: standard deviations of the vibration of rotation and baseline, rad.
 fn followed(
     pairs: u32,
     sd: [f64; 2],
@@ -29,7 +30,7 @@ fn followed(
     scattered(1.0, pairs, sd, seed, path)
 }
 
-/// The same of optima that scatter by so many of their deviations.
+/// As [`followed`], with optima that scatter by `deviations` times their standard deviations.
 fn scattered(
     deviations: f64,
     pairs: u32,
@@ -82,7 +83,7 @@ fn a_rigid_rig_a_drift_and_a_knock_are_no_vibration() {
             *told += all.iter().filter(|variances| !variances.is_zero()).count();
         }
     }
-    // Each has 2,400 pairs.
+    // Each count is over 2,400 pairs, for a rigid rig, a drift and a knock.
     assert!(told.iter().all(|told| *told <= 12), "{told:?}");
 }
 

@@ -1,4 +1,4 @@
-//! Statistics, weights and products of an evaluation against their definitions.
+//! Compares statistics, weights and products of an evaluation with their definitions.
 
 use super::super::loss::tukey;
 use super::*;
@@ -32,7 +32,7 @@ fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
     let evaluated = |ahead: u32| {
         let one = |i: u32| {
             let k = f64::from(i);
-            // Behind infinity, all but `ahead`.
+            // All points but the first `ahead` lie behind infinity.
             let d = if i < ahead { 0.05 + 0.02 * (0.91 * k).sin() } else { -0.02 };
             let at = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4, d, (0.57 * k).sin() * 3e-4];
             let [x_l, y_l, x_r, y_r] = rays(&iterate.pose, at);
@@ -46,7 +46,7 @@ fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
         (evaluated.measurement.inlier_share, evaluated.has_peak(), is_scene)
     };
     assert_eq!(evaluated(4), (0.0, false, false));
-    // Enough weight; but most points are behind the cameras: no scene.
+    // The weight suffices, but most points are behind the cameras, so there is no scene.
     assert_eq!(evaluated(8), (1.0, false, false));
     assert_eq!([66, 67].map(evaluated), [(1.0, false, false), (1.0, true, true)]);
 }
@@ -59,7 +59,7 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
     let (mut cost, mut squares, mut weights) = ([0.0; 2], [0.0; 2], [0.0; 2]);
     let (mut added, mut behind) = (0, 0);
     for i in 0..200_u32 {
-        // Rows up to 4 px apart, some behind infinity, every third one on a grid.
+        // Matches with row offsets of up to 4 px; some lie behind infinity, and every third one is on a grid.
         let k = f64::from(i);
         let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
         let [d, e] = [(0.11 * k).sin() * 0.05 + 0.03, (0.057 * k).sin() * 0.008];
@@ -169,11 +169,11 @@ fn a_pose_is_found_by_its_near_residuals_those_beside_them_and_the_noise() {
             PairMeasurement { noise, inlier_share: 0.4, crowd, ..evaluated.measurement };
         evaluated.is_found(20)
     };
-    // 15 % of the matches and 25 % for each px of noise, at most 60 %.
+    // The near residuals must be 15 % of the matches plus 25 % per px of noise, at most 60 %.
     assert_eq!([79.0, 81.0].map(|near| found(near, 0.0, 1.0, 0.0)), [false, true]);
     assert_eq!([119.0, 121.0].map(|near| found(near, 0.0, 3.0, 0.0)), [false, true]);
     assert_eq!([19.0, 31.0].map(|near| found(near, 0.0, 0.0, 0.0)), [false, true]);
-    // Twice as many as beside them, and beyond chance.
+    // They must be twice the residuals beside them, and exceed chance.
     assert_eq!([51.0, 49.0].map(|beside| found(100.0, beside, 0.0, 0.0)), [false, true]);
     assert_eq!([16.0, 7.0].map(|beside| found(32.0, beside, 0.0, 0.0)), [false, true]);
     assert_eq!([5.6, 5.4].map(|noise| found(190.0, 0.0, noise, 0.0)), [false, true]);
@@ -186,7 +186,7 @@ fn a_pose_is_found_by_its_near_residuals_those_beside_them_and_the_noise() {
 #[test]
 fn a_pose_between_two_crowds_as_large_as_each_other_is_no_optimum() {
     let iterate = iterate(pose([0.0; 3], [0.0; 2]));
-    // Rows of two crowds, each so far from zero, over the scatter of each.
+    // Two crowds with row offsets of `apart` and `-apart`, each with a scatter of up to 1, in units of the noise.
     let evaluated = |apart: f64| {
         let one = |i: u32| {
             let k = f64::from(i);

@@ -1,4 +1,4 @@
-//! A pass against its definition; the half of the batch.
+//! Compares the sums of a pass with their definition, and tests which half of a batch is read.
 
 extern crate std;
 
@@ -10,7 +10,7 @@ use crate::pair::scenes::{batch, pixels, solvers};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// A weight of a residual by the definitions of the losses.
+/// Returns the weight of a residual according to the definitions of the losses.
 fn weight(by: &Weighting<f64>, pair: &RayPair<f64>, constraint: &Constraint<f64>) -> f64 {
     let r2 = by.focal_squared * constraint.value.powi(2) / constraint.variance;
     let of_grid = pair.grid_step().powi(2) / 12.0;
@@ -63,7 +63,7 @@ proptest! {
     }
 }
 
-/// Percentage of the half of a batch that is read at some of its places.
+/// Returns the percentage of the places read, if half of a batch is read, for which `is_among` holds.
 fn percent_read(length: usize, is_among: impl Fn(usize) -> bool) -> usize {
     let all: Vec<usize> = (0..length).collect();
     let read: Vec<_> = read(&all, true).collect();
@@ -73,7 +73,7 @@ fn percent_read(length: usize, is_among: impl Fn(usize) -> bool) -> usize {
 #[test]
 fn half_of_the_batch_follows_no_period() {
     for length in (TRACKED + 1..=1024).step_by(17) {
-        // Outliers in one half of the places that recur, wherever it begins.
+        // Outliers fill half of the places of each period, at any phase.
         for period in 2..=64 {
             for first in 0..period {
                 let among = |place| (place + first) % period < period / 2;

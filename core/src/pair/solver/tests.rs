@@ -1,10 +1,11 @@
-//! Steps of a search against their definitions; the other tests of a solver check its results.
+//! Compares the costs of a search with their definition. Other tests check the results of the solver.
 
 use super::*;
 use crate::pair::scenes::FOCAL;
 use crate::thresholds::MAX_RISE;
 
-/// Whether a pass of the best point's cost is accepted with so many of 100 matches behind a camera.
+/// Returns whether the solver accepts a pass with the cost of the best point if `behind` of 100 matches are behind a
+/// camera.
 fn is_accepted(behind: f64) -> bool {
     let start = RectifyingRotations::SIDE_BY_SIDE;
     let mut solver = PairSolver::search(&Config::robust(), FOCAL, start, 12);
@@ -20,7 +21,7 @@ fn is_accepted(behind: f64) -> bool {
 
 #[test]
 fn a_match_behind_a_camera_costs_as_much_as_an_outlier() {
-    // The largest of Tukey's cost.
+    // Tukey's cost is at most `TUKEY^2 / 6`.
     let allowed = MAX_RISE / (TUKEY * TUKEY / 6.0);
     assert_eq!([0.99, 1.01].map(|part| is_accepted(allowed * part)), [true, false]);
 }
