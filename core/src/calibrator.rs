@@ -29,7 +29,7 @@ use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
 use estimator::Estimator;
 use step::Step;
 
-/// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
+/// Online calibrator of one stereo rig, for up to `N` correspondences per pair.
 ///
 /// The same correspondences in the same order give the same result, bit for bit. The calibrator uses no heap, no clock
 /// and no I/O. A call takes at most one pass over the batch; only [`Calibrator::take_pair`] and

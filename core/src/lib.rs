@@ -18,9 +18,9 @@
 //!        -> rectifier  Calibration::homographies
 //! ```
 //!
-//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] does. A firmware loads [`Calibrator::in_use`]
-//! at start, before any pair has come. [`link`] receives a matcher's frames and [`store`] keeps records in flash; the
-//! estimator depends on neither.
+//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] changes them. A firmware loads
+//! [`Calibrator::in_use`] at start, before any pair has come. [`link`] receives a matcher's frames and [`store`] keeps
+//! records in flash; the estimator depends on neither.
 //!
 //! # Modules
 //!
@@ -57,8 +57,8 @@
 //!
 //! # Conventions
 //!
-//! * Extrinsics: `p_r = R p_l + t`, `|t| = 1`; `p_l`, `p_r` are one point in the left and the right camera frame. A
-//!   plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`. The length of the baseline is not observable.
+//! * Extrinsics: `p_r = R p_l + t`, `|t| = 1`; `p_l`, `p_r` are the same point in the left and in the right camera
+//!   frame. A plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`. The length of the baseline is not observable.
 //! * Camera frame: x right, y down, z forward.
 //! * Pixels: in the image before undistortion; `(0, 0)` is the centre of the top left pixel, u right, v down. Lens
 //!   models and coefficients are OpenCV's.

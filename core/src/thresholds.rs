@@ -24,7 +24,7 @@ pub(crate) const MIN_LATERAL: f64 = 0.1;
 pub(crate) const MAX_STEP_RAD: f64 = 1.5;
 
 /// Tangent of 85 degrees: a ray further off axis has no useful unit-depth form. A larger limit loses digits in `f32`; a
-/// smaller one cuts a fisheye image.
+/// smaller one cuts off the border of a fisheye image.
 pub(crate) const MAX_TANGENT: f64 = 11.43;
 
 /// Largest squared Frobenius norm of `M^T M - I` for which `M` is taken for a rotation, and number of Newton-Schulz
@@ -33,8 +33,8 @@ pub(crate) const MAX_TANGENT: f64 = 11.43;
 pub(crate) const MAX_ROTATION_DEFECT: f64 = 0.04;
 pub(crate) const NEWTON_SCHULZ_STEPS: usize = 6;
 
-/// Newton steps of an undistortion; 3 to 5 are usual, and a bracketed fisheye takes up to four times as many. A larger
-/// limit raises the worst time; a smaller one refuses pixels near the fold.
+/// Largest number of Newton steps of an undistortion; 3 to 5 are usual. A bracketed fisheye takes up to four times this
+/// number. A larger limit raises the worst-case time; a smaller one refuses pixels near the fold.
 pub(crate) const MAX_NEWTON_STEPS: usize = 12;
 
 /// Newton step that ends an undistortion: in units in the last place of one plus the size of the point, and for a
@@ -74,8 +74,8 @@ pub(crate) const FOLD_BISECTIONS: usize = 30;
 /// later; a smaller one rejects good pairs and renews the estimate by chance.
 pub(crate) const MAX_NIS: f64 = 28.0;
 
-/// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off. A larger factor locks
-/// on chance; a smaller one locks later.
+/// Factor of [`MAX_NIS`] for a challenger while there is no confirmed estimate; such a challenger may be a few
+/// deviations off. A larger factor locks on chance; a smaller one locks later.
 pub(crate) const YOUNG_SLACK: f64 = 2.0;
 
 /// Least inlier share of a pair over the usual share. A larger ratio rejects poor pairs; a smaller one accepts
@@ -149,8 +149,8 @@ pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
 /// refuses lenses that are far from their calibration.
 pub(crate) const MAX_LENS_VALUE: f64 = 1e3;
 
-/// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`; it counts as a deviation of its
-/// own. A larger part names the error later; a smaller one reports too small a deviation.
+/// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`; it counts as an additional standard
+/// deviation. A larger part names the error later; a smaller one reports too small a deviation.
 pub(crate) const LENS_SHRINKAGE: f64 = 0.17;
 
 /// Largest correction of a lens, relative focal length and `k1`. A larger limit follows biases further; a smaller one
@@ -221,8 +221,8 @@ pub(crate) const MOTION_INLIERS: f64 = 0.6;
 pub(crate) const MOTION_TURN_RAD: f64 = 0.02;
 pub(crate) const BEHIND_INFINITY: f64 = 10.0;
 
-/// Noise of a coordinate of a tracked match over the noise across rows. A larger factor lets outliers in and weighs
-/// motion less; a smaller one finds no motion where tracks are poorer than matches.
+/// Noise of a coordinate of a tracked match over the noise across rows. A larger factor lets outliers in and gives
+/// motion less weight; a smaller one finds no motion where tracks are poorer than matches.
 pub(crate) const TRACK_NOISE: f64 = 2.0;
 
 /// Largest number of witness measurements that count as support of a yaw. The yaw is replaced once the consecutive
@@ -259,8 +259,8 @@ pub(crate) const DRIFT_DECAY: f64 = 0.9;
 /// limit.
 pub(crate) const MAX_IN_USE: f64 = 1.5;
 
-/// Steps to the optimum of all sums, each of which squares the error of the linearisation; and the squared step after
-/// which the next one is below rounding. Larger values cost time; smaller ones leave an error.
+/// Number of steps to the optimum of all sums, each of which squares the error of the linearisation; and squared step
+/// after which the next step is below rounding. Larger values cost time; smaller ones leave an error.
 pub(crate) const OPTIMUM_STEPS: usize = 3;
 pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 
@@ -280,11 +280,12 @@ pub(crate) const MAX_FAILED: u16 = 2;
 /// larger number reports the loss later; a smaller one reports bad matches as a loss.
 pub(crate) const LOST_AFTER: u16 = 10;
 
-/// Row offset at which the truncated cost reaches 1. A larger value lets outliers in; a smaller one compares noise.
+/// Row offset at which the truncated cost reaches 1. A larger value lets outliers in; a smaller one compares poses by
+/// noise.
 pub(crate) const TRUNCATED_PX: f64 = 2.0;
 
 /// Mean truncated cost (0 to 1) by which a new pose must be better than the challenger's. A larger margin keeps a false
-/// challenger; a smaller one swaps by chance.
+/// challenger; a smaller one replaces the pose by chance.
 pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 
 /// Mean truncated cost (0 to 1) of a challenger above which poses with a turned baseline are tried; it is about the
@@ -307,12 +308,12 @@ pub(crate) const WARM_UP_PAIRS: u32 = 4;
 /// healthy matches.
 pub(crate) const HEALTHY_DISAGREEMENT: f64 = 2.0;
 
-/// Error of the halves' first-order models after a step, in deviations of the estimate, above which they restart. A
-/// larger error compares wrong models; a smaller one forgets often.
+/// Error of the first-order models of the image halves after a step, in deviations of the estimate, above which these
+/// models restart. A larger error compares wrong models; a smaller one forgets often.
 pub(crate) const MAX_MODEL_ERROR: f64 = 0.1;
 
-/// Largest disagreement that is distinguished; its square stays finite. A larger limit overflows in `f32`; a smaller
-/// one distinguishes less.
+/// Upper bound of a disagreement of image halves; its square stays finite. A larger bound overflows in `f32`; a smaller
+/// one makes more disagreements equal.
 pub(crate) const MAX_TOLD_DISAGREEMENT: f64 = 1e4;
 
 /// Number of correspondences of a pair that are remembered, one for each bit of a word; and number of coordinate steps
@@ -324,12 +325,12 @@ pub(crate) const REMEMBERED_STEPS_PER_PX: f64 = 4.0;
 /// at most 15 steps (half a bucket). A larger limit takes slow motion for rest; a smaller one misses rest under noise.
 pub(crate) const SAME_STEPS: u16 = 6;
 
-/// Share of remembered correspondences seen again that makes a repeated scene: 0.6 to 0.8 at rest, up to 0.13 in
+/// Share of remembered correspondences seen again, above which the scene is repeated: 0.6 to 0.8 at rest, up to 0.13 in
 /// motion. A larger share counts a scene twice; a smaller one drops new scenes.
 pub(crate) const SAME_SHARE: f64 = 0.3;
 
-/// Share of remembered correspondences seen again within a step that makes a copy of the last pair. A larger share
-/// takes a copy for a measurement; a smaller one takes a scene at rest under little noise for a copy.
+/// Share of remembered correspondences seen again within a step, above which the pair is a copy of the last pair. A
+/// larger share takes a copy for a measurement; a smaller one takes a scene at rest under little noise for a copy.
 pub(crate) const COPIED_SHARE: f64 = 0.9;
 
 // Outcome.

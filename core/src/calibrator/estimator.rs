@@ -283,7 +283,7 @@ impl<T: Scalar> Estimator<T> {
 
     /// Returns the estimate; `None` before the first pair.
     ///
-    /// * `in_use`: source of the baseline where the pairs do not determine it.
+    /// * `in_use`: calibration in use, the source of the baseline if the pairs do not determine it.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,

@@ -1,4 +1,4 @@
-//! Parameters of the published method alone.
+//! Parameters that only the published method has.
 
 use crate::error::ConfigError;
 

@@ -1,8 +1,8 @@
 //! Rational lens model of OpenCV: the radial polynomial over a second one.
 //!
-//! Calibrations with `cv::CALIB_RATIONAL_MODEL` and the factory files of some stereo cameras have it. Points are
+//! Calibrations with `cv::CALIB_RATIONAL_MODEL` and the factory files of some stereo cameras use this model. Points are
 //! normalised image coordinates (unit depth), dimensionless. The model ends where its slope vanishes, or where its
-//! denominator does.
+//! denominator vanishes.
 
 use nalgebra::{Matrix2, Vector2};
 

@@ -123,7 +123,7 @@ impl<T: Scalar> RectifyingRotations<T> {
             so3::product(&turned(&other.right, &other.left), &turned(&self.left, &self.right));
         let w = self.right * so3::log(&Rotation3::from_matrix_unchecked(turn));
         let t = -(self.right.matrix() * other.right.matrix().row(0).transpose());
-        // Bounded for a baseline perpendicular to this one.
+        // Bounded, so that the quotients are finite for a baseline perpendicular to this one.
         let along = (-t.x).max(T::lit(MIN_LATERAL));
         Vector5::new(w.x, w.y, w.z, -t.z / along, t.y / along)
     }

@@ -38,7 +38,7 @@ counters! {
     gaps,
     /// Frames with the sequence number of the previous frame; they are dropped.
     repeats,
-    /// Steps back of the sequence number: the sender restarted.
+    /// Backward steps of the sequence number: the sender restarted.
     restarts,
     /// Frames flagged "frames dropped before this one" by the sender, and overruns that the receiver reported.
     overruns,

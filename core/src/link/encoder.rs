@@ -52,7 +52,7 @@ impl Encoder {
 
     /// Encodes the next match.
     ///
-    /// * `correspondence`: px of the image before undistortion; see [`MatchRecord::encode`].
+    /// * `correspondence`: match, in px of the image before undistortion; see [`MatchRecord::encode`].
     ///
     /// # Errors
     /// [`EncodeError::Coordinate`], [`EncodeError::Score`], [`EncodeError::GridStep`]: the match has no

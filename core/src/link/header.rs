@@ -61,10 +61,10 @@ pub enum HeaderError {
     /// The sender sets flags that version 1 does not define. Correct the sender.
     #[error("unknown flags: {0:#04x}")]
     Flags(u8),
-    /// More than 8 fraction bits. Correct the sender.
+    /// There are more than 8 fraction bits. Correct the sender.
     #[error("{0} fraction bits are not within 0 to 8")]
     FractionBits(u8),
-    /// Pyramid ratio below 64. Correct the sender.
+    /// The pyramid ratio is below 64. Correct the sender.
     #[error("a pyramid ratio of {0}/64 is below 1")]
     PyramidRatio(u8),
 }

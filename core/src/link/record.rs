@@ -32,7 +32,7 @@ pub struct MatchRecord {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// A coordinate is not finite, negative, or above 24 bits of coordinate steps. Drop the match.
+    /// A coordinate is not finite, is negative, or has more than 24 bits in coordinate steps. Drop the match.
     #[error("a coordinate is not within the 24 bits of a record")]
     Coordinate,
     /// The score is not within 0 to 1. Drop the match.

@@ -63,7 +63,7 @@ impl Window {
     /// * `within_frame`: if true, continues where no begun header remains.
     #[inline(always)]
     pub(super) fn take(&mut self, bytes: impl Iterator<Item = u8>, within_frame: bool) -> Taken {
-        // Local variables: a store to the ring would store and load the other fields for each byte.
+        // Local variables: with fields, each store to the ring would store and load the other fields, too.
         let (mut next, mut magics) = (self.next, self.magics);
         let (mut last, mut checksum) = (self.last, self.checksum);
         let mut taken = Taken { bytes: 0, bad_headers: 0 };

@@ -143,9 +143,10 @@ impl NoHealth {
 pub enum Band {
     /// The estimate is not clearly better. Row offsets of 1 px or more are then due to poor matches or lens models.
     Good,
-    /// Below 1 px; the estimate is clearly better.
+    /// The RMS row offset in use is below 1 px, and the estimate is clearly better.
     Improvable,
-    /// 1 px or more, and the estimate is clearly better: a matcher that searches along rows will miss.
+    /// The RMS row offset in use is 1 px or more, and the estimate is clearly better: a matcher that searches along
+    /// rows will miss.
     Recalibrate,
     /// The matches cannot rate the calibration, because of the mistake in [`Health::cause`].
     Unknown,

@@ -23,11 +23,12 @@ pub struct PairReport<T: Scalar> {
     pub stop: Stop,
     /// Number of passes taken. The paper preset does not count the evaluation pass.
     pub passes: u16,
-    /// Correspondences in front of both rectified cameras.
+    /// Number of correspondences in front of both rectified cameras.
     pub usable: u32,
-    /// Correspondences that are left out, because they are not in front of both rectified cameras.
+    /// Number of correspondences that are left out, because they are not in front of both rectified cameras.
     pub skipped: u32,
-    /// Usable correspondences within 3 Huber thresholds of the solution, or within Tukey's limit.
+    /// Number of usable correspondences that fit the solution: within 3 Huber thresholds (paper preset) or within
+    /// Tukey's limit (robust preset).
     pub screened: u32,
     /// Cost at the start under the loss of the solution, px^2.
     pub cost_before: T,
@@ -66,7 +67,7 @@ impl<T: Scalar> fmt::Display for PairReport<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 pub struct Outcome<T: Scalar> {
-    /// Result of the pair alone; `None` if it could not be solved.
+    /// Result of the pair alone; `None` if the pair could not be solved.
     pub pair: Option<PairReport<T>>,
     /// Effect on the estimate, or why the pair was not fused.
     pub fused: Result<Fused, Rejection>,

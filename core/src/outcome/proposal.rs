@@ -46,8 +46,8 @@ pub struct Proposal<T: Scalar> {
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
-    /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). Equal to `sd` without a
-    /// lens prior and in the paper preset.
+    /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). They equal `sd` without
+    /// a lens prior and in the paper preset.
     pub sd_lens: StandardDeviations<T>,
     /// Covariance with the lens models uncertain, as `covariance`.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -148,7 +148,7 @@ impl<T: Scalar> fmt::Display for Proposal<T> {
 pub enum Direction {
     /// Turn of `R` about x: shifts all rows alike.
     Pitch,
-    /// Turn of `R` about y: shears rows with the product of column and row.
+    /// Turn of `R` about y: moves rows by the product of column and row.
     Yaw,
     /// Turn of `R` about z: tilts rows.
     Roll,

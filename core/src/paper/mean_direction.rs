@@ -1,8 +1,8 @@
 //! The paper's fusion (eqs 20 to 22): mean directions of `t^k` and of the rotation axes, and a central angle.
 //!
-//! The sums add differences from the first pair, compensated: a million pairs lose no digit in `f32`. All pairs have
-//! the same weight. Near `R = I` the axis of a pair is noise and the result is biased; then `axis_is_meaningful` is
-//! false.
+//! The sums add differences from the first pair, and are compensated: a million pairs lose no digit in `f32`. All pairs
+//! have the same weight. Near `R = I` the axis of a pair is noise and the result is biased; then `axis_is_meaningful`
+//! is false.
 
 use nalgebra::{Unit, Vector3};
 

@@ -57,8 +57,8 @@ pub(crate) const TIGHT_TUKEY: f64 = 2.5;
 pub(crate) const CROWD: f64 = 10.0;
 pub(crate) const CROWD_SHARE: f64 = 0.08;
 
-/// Largest noise of a coordinate; outliers raise the estimate, and a found pose is below the limit. A larger limit
-/// takes outliers for a consensus; a smaller one refuses poor matchers.
+/// Largest noise of a coordinate; outliers raise the estimated noise, and the noise of a found pose is below the limit.
+/// A larger limit takes outliers for a consensus; a smaller one refuses poor matchers.
 pub(crate) const MAX_NOISE_PX: f64 = 5.5;
 
 /// Rise of the robust cost at a fixed scale, in variances, above which a step is taken back: the cost of one outlier.
@@ -87,7 +87,7 @@ pub(crate) const PROPOSAL_SCALE: f64 = 0.3;
 pub(crate) const PROPOSAL_GAIN: f64 = 0.2;
 
 /// Smallest unit of the loss, in steps of the grid: a narrower loss locks on the mode of rounded rows instead of their
-/// mean. A larger unit dulls the loss; a smaller one biases by 9 to 26 times the bound.
+/// mean. A larger unit dulls the loss; a smaller one causes a bias of 9 to 26 times the bound.
 pub(crate) const MIN_UNIT: f64 = 0.6;
 
 /// Limit of a near residual, in units of the loss; near residuals give the noise. A larger limit lets outliers in; a
@@ -101,8 +101,8 @@ pub(crate) const INLIER: f64 = 3.0;
 /// infinity; a smaller one cuts far inliers.
 pub(crate) const MIN_DISPARITY_PX: f64 = 4.0;
 
-/// Standard deviations of yaw that the smallest disparity allows for: yaw moves all disparities alike. A larger number
-/// learns less from scenes of one depth; a smaller one takes an error of yaw for a scene.
+/// Number of standard deviations of yaw that the smallest disparity allows for, because yaw moves all disparities
+/// alike. A larger number learns less from scenes of one depth; a smaller one takes an error of yaw for a scene.
 pub(crate) const YAW_DEVIATIONS: f64 = 3.0;
 
 /// Factor of the estimated noise of disparities, which is subtracted from the information on the baseline: noise along
@@ -127,7 +127,7 @@ pub(crate) const MIN_SEPARATION: f64 = 4.0;
 /// Number of correspondences that a survey reads. A larger number costs time; a smaller one makes the survey noisy.
 pub(crate) const SURVEYED: usize = 32;
 
-/// Passes of a track: survey, two steps, evaluation. A larger number costs time; a smaller one takes no step.
+/// Number of passes of a track: survey, two steps, evaluation. A larger number costs time; a smaller one takes no step.
 pub(crate) const TRACK_PASSES: u16 = 4;
 
 /// Number of correspondences that a step of a track reads; from a larger batch it reads half, because the pose only
@@ -141,8 +141,8 @@ pub(crate) const NEGLIGIBLE: f64 = 0.1;
 /// Relative change of the noise at which it has settled. A larger limit stops early; a smaller one spends passes.
 pub(crate) const SETTLED: f64 = 0.05;
 
-/// Passes of evaluation and comparison beyond the configured limit; they bound `solve_pair`. A larger number raises the
-/// bound; a smaller one cuts a pair short.
+/// Number of passes of evaluation and comparison beyond the configured limit; this number bounds `solve_pair`. A larger
+/// number raises the bound; a smaller one cuts a pair short.
 pub(crate) const SPARE_PASSES: u16 = 8;
 
 /// Least part of near residuals among the usable ones at a pose that is found from afar: its base value, its increase
@@ -175,5 +175,5 @@ pub(crate) const MIN_WEIGHTED: f64 = 0.05;
 /// scenes; a smaller one accepts rounding as information.
 pub(crate) const MIN_CONDITION: f64 = 1e-5;
 
-/// Power iterations to an extreme eigenvalue. A larger number costs time; a smaller one loses digits.
+/// Number of power iterations to an extreme eigenvalue. A larger number costs time; a smaller one loses digits.
 pub(crate) const POWER_ITERATIONS: usize = 12;

@@ -1,6 +1,6 @@
 //! Thresholds of the published method.
 
-/// Damping of the first step, relative to the diagonal. A larger value is slower; a smaller one overshoots.
+/// Damping of the first step, relative to the diagonal. A larger value slows convergence; a smaller one overshoots.
 pub(crate) const FIRST_DAMPING: f64 = 1e-4;
 
 /// Damping above which a small step does not prove convergence, and range of the damping. Larger limits stop early or
@@ -37,5 +37,6 @@ pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
 /// less accurate.
 pub(crate) const MEDIAN_VALUES: usize = 31;
 
-/// Least deviation that the median's steps assume. A larger value jitters; a smaller one stops on equal values.
+/// Least deviation that the steps of the median assume. A larger value makes the median jitter; a smaller one stops its
+/// steps after equal values.
 pub(crate) const MIN_DEVIATION_RAD: f64 = 1e-6;
