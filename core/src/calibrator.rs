@@ -1,7 +1,7 @@
-//! The facade: correspondences in, extrinsics out.
+//! Facade of the crate: it takes correspondences and returns extrinsics.
 //!
-//! Estimating ([`Calibrator::take_pair`]) never changes the calibration in use, [`Calibrator::health`] compares it with
-//! the estimate, and the caller puts the estimate into use ([`Calibrator::apply`]).
+//! [`Calibrator::take_pair`] updates the estimate and never changes the calibration in use. [`Calibrator::health`]
+//! compares the two, and [`Calibrator::apply`] puts the estimate into use.
 
 mod calibration;
 pub(crate) mod estimator;
@@ -29,18 +29,19 @@ use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
 use estimator::Estimator;
 use step::Step;
 
-/// Online calibrator of one stereo rig, for up to `N` correspondences a pair.
+/// Online calibrator of one stereo rig, for up to `N` correspondences per pair.
 ///
-/// The same correspondences in the same order give the same bits. No heap, no clock, no I/O. A call takes at most one
-/// pass over the batch, except [`Calibrator::take_pair`] and [`Calibrator::solve_pair`], which take all of them.
+/// The same correspondences in the same order give the same result, bit for bit. The calibrator uses no heap, no clock
+/// and no I/O. A call takes at most one pass over the batch; only [`Calibrator::take_pair`] and
+/// [`Calibrator::solve_pair`] take all passes of a pair.
 ///
-/// The batch holds the correspondences of one pair: those pushed since the last pair ended. A pair ends with its outcome,
-/// fused or not. After that only [`Calibrator::health`] and [`Calibrator::push_witness`] read the batch, and the next
-/// correspondence that is pushed begins a new one.
+/// The batch holds the correspondences of one pair: all that were pushed since the previous pair ended. A pair ends
+/// with its outcome, fused or not. Its correspondences stay in the batch for [`Calibrator::health`] and
+/// [`Calibrator::push_witness`]. The next pushed correspondence begins a new batch.
 ///
-/// [`Calibrator::new`] is `const`. In a firmware, construct it in its static cell with
-/// `StaticCell::init_with(|| Calibrator::new(..))`: that needs 11.1 kB less flash than a `const` block, whose value the
-/// start-up code copies from flash (256 correspondences, `f32`).
+/// [`Calibrator::new`] is `const`. In a firmware, construct the calibrator in its static cell with
+/// `StaticCell::init_with(|| Calibrator::new(..))`. That needs 11.1 kB less flash than a `const` block (256
+/// correspondences, `f32`), because the start-up code copies the value of a `const` block from flash.
 ///
 /// # Examples
 ///
@@ -72,32 +73,33 @@ use step::Step;
 pub struct Calibrator<T: Scalar, const N: usize> {
     pub(crate) config: Config,
     pub(crate) factory: FactoryCalibration<T>,
-    /// The cameras that the rays of the batch are of.
+    /// Cameras that the rays of the batch belong to.
     pub(crate) corrected: Cameras<T>,
     pub(crate) in_use: CorrectedExtrinsics<T>,
     pub(crate) before: Option<CorrectedExtrinsics<T>>,
     pub(crate) generation: u32,
     pub(crate) frozen: bool,
-    /// Where the pair of the batch is.
+    /// Progress of the pair in the batch.
     step: Step,
     rejection: Option<Rejection>,
-    /// Mistakes that pairs have shown.
+    /// Mistakes in rig file or matcher that pairs have shown.
     causes: Causes,
-    /// Depth in pairs whose matches are moved alike.
+    /// Evidence of depth in pairs whose matches all have the same motion between the images.
     pub(crate) relief: Relief<T>,
-    /// Readings of ranges, and motions, that contradicted the yaw since the last reset. Not part of the record.
+    /// Numbers of range readings and of motions that contradicted the yaw since the last reset. The record does not
+    /// contain them.
     contradicting: [u16; 2],
     pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// A calibrator at the factory calibration: the first pairs are solved from it, and the limit of corrections is measured
-    /// from it. Rows alone do not tell yaw: until the rig changes, the estimate keeps the factory yaw, as far as
-    /// [`FactoryCalibration::yaw_sd_rad`] trusts it.
+    /// Returns a calibrator that starts at the factory calibration. The first pairs are solved from it, and the
+    /// correction limit is measured from it. Row offsets alone do not determine yaw. Until the rig changes, the
+    /// estimate keeps the factory yaw, weighted by [`FactoryCalibration::yaw_sd_rad`].
     ///
-    /// Another factory calibration needs a new calibrator: a firmware saves it and restarts.
-    // Inlined: written in place, without a copy on the stack.
+    /// Another factory calibration needs a new calibrator: a firmware saves that calibration and restarts.
+    // Inlined, so that the value is written in place, without a copy on the stack.
     #[must_use]
     #[inline(always)]
     pub const fn new(config: Config, factory: &FactoryCalibration<T>) -> Self {
@@ -119,7 +121,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    /// Returns to the factory calibration, forgets batch, pair and fused pairs, and releases a freeze.
+    /// Puts the factory calibration back into use, forgets the batch, the pair and all fused pairs, and releases a
+    /// freeze.
     pub fn reset(&mut self) {
         self.replace_in_use(CorrectedExtrinsics::as_given(self.factory.extrinsics));
         self.corrected = self.factory.cameras;
@@ -134,11 +137,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.reset();
     }
 
-    /// Offers one correspondence to the batch, which selects once it is full. The first one after a pair has ended begins a
-    /// new batch. Cost: two undistortions, and the search for its place in the list of a cell.
+    /// Offers one correspondence to the batch. A full batch keeps a selection. The first correspondence after the end
+    /// of a pair begins a new batch. Cost: two undistortions, and a search in the list of one image cell.
     ///
     /// # Errors
-    /// [`PushError`]; the batch is unchanged. [`PushError::Busy`] while a pair is being solved.
+    /// [`PushError`]; the batch is unchanged. [`PushError::Busy`]: a pair is being solved.
     pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<Pushed, PushError> {
         match self.step {
             Step::Collecting => {}
@@ -148,8 +151,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.batch.push(&self.corrected, correspondence)
     }
 
-    /// Takes one stereo pair: pushes its correspondences into a new batch, solves and fuses it. Correspondences that are
-    /// refused are counted: [`Batch::refused`]. A pair that was being solved is abandoned.
+    /// Takes one stereo pair: pushes its correspondences into a new batch, solves the pair and fuses the result.
+    /// [`Batch::refused`] counts the refused correspondences. A pair that was being solved is abandoned.
     pub fn take_pair(
         &mut self,
         correspondences: impl IntoIterator<Item = Correspondence<T>>,
@@ -161,9 +164,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.solve_pair()
     }
 
-    /// Solves the batch and fuses the result, in one call: [`Calibrator::advance_pair`] until the pair has ended.
+    /// Solves the batch and fuses the result in one call: calls [`Calibrator::advance_pair`] until the pair has ended.
     pub fn solve_pair(&mut self) -> Outcome<T> {
-        // More passes than any preset takes.
+        // The limit is above the number of steps that any preset takes.
         for _ in 0..self.config.max_passes.saturating_add(SPARE_PASSES) {
             if let Some(outcome) = self.advance_pair() {
                 return outcome;
@@ -179,28 +182,29 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.discard();
     }
 
-    /// How far the estimate can be relied on.
+    /// Returns the reliability of the estimate.
     pub fn state(&self) -> State {
         self.estimator.state()
     }
 
-    /// The estimate over all fused pairs; `None` before the first.
+    /// Returns the estimate over all fused pairs; `None` without a fused pair.
     pub fn proposal(&self) -> Option<Proposal<T>> {
         let context = self.estimator.context(&self.config, &self.factory);
         self.estimator.proposal(&context, &self.in_use)
     }
 
-    /// Compares the calibration in use and the estimate over the matches of the last pair, and says whether the rig may arm.
-    /// One pass.
+    /// Compares the calibration in use with the estimate over the matches of the last pair, and says whether the rig
+    /// may arm. Takes one pass.
     ///
     /// # Errors
-    /// [`NoHealth`]. Health and error both name the likeliest mistake in rig file or matcher, if pairs show one.
+    /// [`NoHealth`]. Both [`Health`] and the error name the likeliest mistake in rig file or matcher, if pairs show
+    /// one.
     #[inline(never)]
     pub fn health(&self) -> Result<Health<T>, NoHealth> {
         let cameras = &self.factory.cameras;
         let of_image = [cameras.mean_focal(), cameras.right.corner()];
         let likeliest = self.causes.likeliest();
-        // By reference: moving it out of the option would take its stack twice.
+        // By reference: moving the proposal out of the option would take its stack space twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref().ok_or(NoHealth::NoEstimate(likeliest))?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
@@ -221,8 +225,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             .ok_or(NoHealth::NoMatch(likeliest))
     }
 
-    /// Puts the estimate into use and returns it, with the cameras that it belongs to: [`Proposal::applicable`]. The
-    /// generation changes if the calibration does.
+    /// Puts the estimate ([`Proposal::applicable`]) into use, and returns it with the cameras that it belongs to. The
+    /// generation changes if the calibration changes.
     ///
     /// # Errors
     /// [`ApplyError`]; nothing changes. [`ApplyError::NoProposal`] and [`ApplyError::NotLocked`] are ordinary until
@@ -247,7 +251,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.put_into_use(CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// Puts the calibration before the last change back into use, once. The estimate stays.
+    /// Puts the calibration that the last change replaced back into use, and returns it. A second call in a row has
+    /// nothing to undo. The estimate does not change.
     ///
     /// # Errors
     /// [`ApplyError::NothingToUndo`], [`ApplyError::Frozen`]; nothing changes.
@@ -260,25 +265,25 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(self.in_use())
     }
 
-    /// Freezes the estimate and the calibration in use, or releases both. Pairs are still solved, and [`Calibrator::health`]
-    /// still judges them; they change nothing ([`Rejection::Frozen`]).
+    /// Freezes the estimate and the calibration in use, or releases them. While they are frozen, pairs are still
+    /// solved, and [`Calibrator::health`] still judges them, but they change nothing ([`Rejection::Frozen`]).
     pub fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
     }
 
-    /// The batch that is being collected, or that of the last pair.
+    /// Returns the batch that is being collected, or the batch of the last pair.
     pub fn batch(&self) -> &Batch<T, N> {
         &self.batch
     }
 
-    /// Whether a pair is being solved: until it has ended correspondences are refused.
+    /// Returns whether a pair is being solved. Correspondences are refused until that pair has ended.
     pub(crate) fn is_solving(&self) -> bool {
         matches!(self.step, Step::Solving | Step::Solved)
     }
 }
 
-/// Whether every length is within the capacity of its array. False only if the memory of the calibrator has been
-/// overwritten from outside, which the C library checks in each call.
+/// Returns whether every length is within the capacity of its array. The result is false only if something outside has
+/// overwritten the memory of the calibrator. The C library checks this in each call.
 #[doc(hidden)]
 pub fn has_valid_lengths<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> bool {
     calibrator.batch.is_within() && calibrator.estimator.is_within()

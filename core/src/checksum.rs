@@ -1,7 +1,7 @@
 //! CRC-32 of IEEE 802.3 (CRC-32/ISO-HDLC): checksum of every record and frame.
 
-/// Contribution of a byte to the register after the byte and 0 to 3 further bytes: four tables of 1,024 bytes, for a
-/// word at a time.
+/// Contribution of a byte to the register after this byte and 0 to 3 further bytes. The four tables of 1,024 bytes
+/// serve to process a word at a time.
 static AFTER: [[u32; 256]; 4] = [table(1, 1), table(1, 2), table(1, 3), table(1, 4)];
 
 /// Running checksum.
@@ -32,24 +32,24 @@ impl Checksum {
         self.0 = after(3, a) ^ after(2, b) ^ after(1, c) ^ after(0, d);
     }
 
-    /// Checksum of the bytes added so far.
+    /// Returns the checksum of the bytes added so far.
     #[inline(always)]
     pub(crate) fn value(&self) -> u32 {
         !self.0
     }
 }
 
-/// Checksum of `bytes`.
+/// Returns the checksum of `bytes`.
 pub(crate) fn of(bytes: &[u8]) -> u32 {
     let mut checksum = begin();
     checksum.update(bytes);
     checksum.value()
 }
 
-/// Contribution of half a byte to the register after it, for [`of_record`].
+/// Contribution of half a byte to the register after this half, for [`of_record`].
 static AFTER_HALF: [u32; 16] = table(16, 1);
 
-/// Checksum of a record, half a byte at a time: records do not justify tables of 4 kB in flash.
+/// Returns the checksum of a record, computed half a byte at a time: records do not justify tables of 4 kB in flash.
 #[inline(never)]
 pub(crate) fn of_record(bytes: &[u8]) -> u32 {
     !bytes
@@ -57,14 +57,14 @@ pub(crate) fn of_record(bytes: &[u8]) -> u32 {
         .fold(u32::MAX, |register, byte| after_half(after_half(register, byte & 15), byte >> 4))
 }
 
-/// Register after half a byte.
+/// Returns the register after half a byte.
 #[inline(never)]
 fn after_half(register: u32, half: u8) -> u32 {
     let place = usize::from((low(register) ^ half) & 15);
     register >> 4 ^ AFTER_HALF.get(place).copied().unwrap_or(0)
 }
 
-/// Contribution of a byte to the register after the byte and `more` bytes, 0 to 3.
+/// Returns the contribution of a byte to the register after this byte and `more` further bytes, 0 to 3.
 #[inline(always)]
 fn after(more: usize, byte: u8) -> u32 {
     AFTER.get(more).and_then(|table| table.get(usize::from(byte))).copied().unwrap_or(0)
@@ -75,18 +75,20 @@ fn low(register: u32) -> u8 {
     low
 }
 
-/// Bytes of a rolling checksum: a frame header with its own checksum.
+/// Length of the window of the rolling checksum, bytes: a frame header with its own checksum.
 const ROLLED_BYTES: u32 = 32;
 
-/// Register of [`roll`] over bytes that end with the checksum of the bytes before it, for any bytes.
+/// Register of [`roll`] over any window that ends with the checksum of the bytes before it.
 pub(crate) const ROLLED_CORRECT: u32 = shifted(shifted(u32::MAX, ROLLED_BYTES - 4) ^ u32::MAX, 4);
 
-/// Contribution of half a byte to the register after it has left the window: lower half, upper half.
+/// Contribution of half a byte to the register once its byte has left the window: lower half, then upper half.
 static LEAVING: [[u32; 16]; 2] = [table(1, ROLLED_BYTES + 1), table(16, ROLLED_BYTES + 1)];
 
-/// Advances the checksum of a window of 32 bytes by one byte. The first register is 0, of a window of zeros.
+/// Advances the register of a window of 32 bytes by one byte, and returns it. The initial register is 0, for a window
+/// of zeros.
 ///
-/// * `old`: the byte that leaves the window.
+/// * `new`: byte that enters the window.
+/// * `old`: byte that leaves the window.
 #[inline(always)]
 pub(crate) fn roll(register: u32, new: u8, old: u8) -> u32 {
     let [lower, upper] = &LEAVING;
@@ -95,7 +97,7 @@ pub(crate) fn roll(register: u32, new: u8, old: u8) -> u32 {
     halves.into_iter().flatten().fold(shifted, |sum, half| sum ^ half)
 }
 
-/// Contributions of the multiples of a byte to the register after so many bytes.
+/// Returns the contribution of each multiple of `unit` to the register after `bytes` bytes.
 const fn table<const N: usize>(unit: u32, bytes: u32) -> [u32; N] {
     let mut table = [0; N];
     let (mut place, mut byte): (&mut [u32], u32) = (&mut table, 0);
@@ -106,7 +108,7 @@ const fn table<const N: usize>(unit: u32, bytes: u32) -> [u32; N] {
     table
 }
 
-/// A register after so many bytes of 0.
+/// Returns a register after `bytes` zero bytes.
 const fn shifted(mut register: u32, bytes: u32) -> u32 {
     let mut bits = 8 * bytes;
     while bits > 0 {

@@ -1,4 +1,4 @@
-//! Parameters, and the effect of larger and smaller values.
+//! Parameters of the calibrator, and the effects of larger and smaller values.
 
 mod context;
 mod lens_prior;
@@ -16,13 +16,13 @@ use crate::paper::Settings;
 use crate::scalar::Scalar;
 
 impl Default for Config {
-    /// [`Config::robust`].
+    /// Returns [`Config::robust`].
     fn default() -> Self {
         Self::robust()
     }
 }
 
-/// How a pair is solved and how pairs are fused.
+/// Method of solving a pair and of fusing pairs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -34,11 +34,11 @@ pub(crate) enum Method {
     Robust,
 }
 
-/// Parameters of the whole calibrator. Numbers are `f32` whatever the scalar of the core.
+/// Parameters of the whole calibrator. Numbers are `f32` for either scalar of the core.
 ///
 /// # Examples
 ///
-/// `const` throughout: a bad value can fail the build.
+/// All functions are `const`, so a bad value can fail the build.
 ///
 /// ```
 /// use stereo_selfcal::Config;
@@ -69,8 +69,8 @@ pub struct Config {
 }
 
 impl Config {
-    /// The published method: Huber weights on plain row offsets, each pair from the factory extrinsics, mean-direction
-    /// fusion (eqs 16-22).
+    /// Returns the parameters of the published method: Huber weights on plain row offsets, each pair solved from the
+    /// factory extrinsics, and mean-direction fusion (eqs 16-22).
     ///
     /// Its only defence against outliers is the Huber weight: see the limits in the README.
     #[cfg(feature = "paper")]
@@ -79,11 +79,12 @@ impl Config {
         Self { method: Method::Paper, max_passes: 100, noise_floor_px: 0.02, ..Self::robust() }
     }
 
-    /// An M-estimator of whitened row offsets, its redescending loss annealed until the inliers form a peak, fusion of
-    /// moments, and change detection: half of the matches may be outliers, and a step is followed within three pairs.
+    /// Returns the parameters of the robust method: an M-estimator of whitened row offsets, fusion of moments, and
+    /// change detection. The redescending loss is annealed until the inliers form a peak. Half of the matches may be
+    /// outliers, and the estimate follows a step of the extrinsics within three pairs.
     ///
-    /// The first pairs start at the factory extrinsics, of standard deviation [`Config::with_prior_sd_rad`], the others
-    /// at the estimate.
+    /// The first pairs start at the factory extrinsics, whose standard deviation [`Config::with_prior_sd_rad`] sets.
+    /// Later pairs start at the estimate.
     #[must_use]
     pub const fn robust() -> Self {
         Self {
@@ -103,12 +104,12 @@ impl Config {
         }
     }
 
-    /// Standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset only.
+    /// Sets the standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset only.
     ///
     /// A larger value follows a rig that is further off; a smaller one stabilises pairs with little information.
     ///
     /// # Errors
-    /// [`ConfigError::PriorStandardDeviation`] unless from 1e-4 to 1.
+    /// [`ConfigError::PriorStandardDeviation`] if the value is outside 1e-4 to 1.
     pub const fn with_prior_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
         if rad >= 1e-4 && rad <= 1.0 {
             self.prior_sd_rad = rad;
@@ -118,14 +119,15 @@ impl Config {
         }
     }
 
-    /// Huber threshold `c_t` of eq 18, px of row offset. Default 1. Paper preset; in both presets [`crate::Health`] counts a
-    /// match as fitting within three thresholds.
+    /// Sets the Huber threshold `c_t` of eq 18, px of row offset. Default 1. The paper preset weights matches by it. In
+    /// both presets a match fits in [`crate::Health`] if its row offset is within three thresholds, or within 4.2 times
+    /// the noise of a coordinate if that is more.
     ///
-    /// A larger value trusts more matches and bends to outliers; a smaller one discards the information of good matches and
-    /// slows convergence from a start that is far off.
+    /// A larger value trusts more matches and bends to outliers; a smaller one discards the information of good matches
+    /// and slows convergence from a start that is far off.
     ///
     /// # Errors
-    /// [`ConfigError::HuberThreshold`] unless finite and above 0.
+    /// [`ConfigError::HuberThreshold`] unless the value is finite and above 0.
     pub const fn with_huber_threshold_px(mut self, px: f32) -> Result<Self, ConfigError> {
         if px > 0.0 && px.is_finite() {
             self.huber_threshold_px = px;
@@ -135,16 +137,17 @@ impl Config {
         }
     }
 
-    /// Passes over the batch that one pair may take. Paper preset: 100, without that of the evaluation.
-    /// Robust preset: 24 in all; a search in good data takes 9 to 12, a track 4.
+    /// Sets the number of passes over the batch that one pair may take. Paper preset: default 100, without the
+    /// evaluation pass. Robust preset: default 24, with the evaluation pass; a search in good data takes 9 to 12
+    /// passes, a track takes 4.
     ///
-    /// The robust preset counts the evaluation, and takes up to 9 passes where the limit is lower: a few for each estimate
-    /// that the pair is compared with. Below 20 no turned baseline is tried before the first lock.
+    /// The robust preset takes up to 9 passes even if the limit is lower: a few for each estimate that the pair is
+    /// compared with. With a limit below 20 it tries no turned baseline before the first lock.
     ///
-    /// This bounds the time of a pair. With fewer passes a solve may stop before the optimum; the report says so.
+    /// The limit bounds the time of a pair. With fewer passes a solve may stop before the optimum; the report says so.
     ///
     /// # Errors
-    /// [`ConfigError::MaxPasses`] below 2.
+    /// [`ConfigError::MaxPasses`] if the value is below 2.
     pub const fn with_max_passes(mut self, passes: u16) -> Result<Self, ConfigError> {
         if passes >= 2 {
             self.max_passes = passes;
@@ -154,10 +157,11 @@ impl Config {
         }
     }
 
-    /// Fewest usable correspondences that a pair is solved from. Default 12.
+    /// Sets the least number of usable correspondences that a pair needs. Default 12.
     ///
     /// # Errors
-    /// [`ConfigError::MinCorrespondences`] below 6: five unknowns, and one for a residual.
+    /// [`ConfigError::MinCorrespondences`] if the value is below 6: the five unknowns need five correspondences, and a
+    /// residual needs one more.
     pub const fn with_min_correspondences(mut self, count: u16) -> Result<Self, ConfigError> {
         if count >= 6 {
             self.min_correspondences = count;
@@ -167,13 +171,13 @@ impl Config {
         }
     }
 
-    /// Lower bound on the estimated noise, px. Robust preset: of a coordinate, default 0.15. Paper preset: of a row offset,
-    /// default 0.02.
+    /// Sets the lower bound of the estimated noise, px. Robust preset: noise of a coordinate, default 0.15. Paper
+    /// preset: noise of a row offset, default 0.02.
     ///
-    /// Keeps the information finite on data without noise.
+    /// The bound keeps the information finite on data without noise.
     ///
     /// # Errors
-    /// [`ConfigError::NoiseFloor`] unless finite and above 0.
+    /// [`ConfigError::NoiseFloor`] unless the value is finite and above 0.
     pub const fn with_noise_floor_px(mut self, px: f32) -> Result<Self, ConfigError> {
         if px > 0.0 && px.is_finite() {
             self.noise_floor_px = px;
@@ -183,7 +187,7 @@ impl Config {
         }
     }
 
-    /// Parameters of the published method alone. Default [`Settings::DEFAULT`].
+    /// Sets the parameters that only the published method has. Default [`Settings::DEFAULT`].
     #[cfg(feature = "paper")]
     #[must_use]
     pub const fn with_paper(mut self, settings: Settings) -> Self {
@@ -191,14 +195,14 @@ impl Config {
         self
     }
 
-    /// Memory `n`, pairs: once there are `n`, each further pair multiplies the weight of the older ones by `1 - 1 / n`.
-    /// Default 1000. Robust preset only.
+    /// Sets the memory `n`, pairs. Once `n` pairs are fused, each further pair multiplies the weight of the older pairs
+    /// by `1 - 1 / n`. Default 1000. Robust preset only.
     ///
-    /// Larger averages longer. Smaller follows a drift that change detection misses, and keeps the reported standard deviation
-    /// above the error of the lens models.
+    /// A larger value averages longer; a smaller one follows a drift that change detection misses, and keeps the
+    /// reported standard deviation above the error of the lens models.
     ///
     /// # Errors
-    /// [`ConfigError::Memory`] below 20.
+    /// [`ConfigError::Memory`] if the value is below 20.
     pub const fn with_memory_pairs(mut self, pairs: u32) -> Result<Self, ConfigError> {
         if pairs >= 20 {
             self.memory_pairs = pairs;
@@ -208,12 +212,14 @@ impl Config {
         }
     }
 
-    /// Standard deviations of the given lens models. Default [`LensPrior::WIDE`]. Robust preset only.
+    /// Sets the standard deviations of the given lens models. Default [`LensPrior::WIDE`]. Robust preset only.
     ///
-    /// A larger value widens the deviations with the lens uncertain; a smaller one trusts the lens models more.
+    /// A larger value increases the reported deviations with the lens uncertain; a smaller one trusts the lens models
+    /// more.
     ///
     /// # Errors
-    /// [`ConfigError::LensPrior`] unless each is finite, 0 or more, and at most 0.1, of the principal point 100 px.
+    /// [`ConfigError::LensPrior`] if a value is not finite, negative, or above its limit: 100 px for the principal
+    /// point, 0.1 for all others.
     pub const fn with_lens_prior(mut self, prior: LensPrior) -> Result<Self, ConfigError> {
         if prior.is_valid() {
             self.lens_prior = prior;
@@ -230,22 +236,23 @@ impl Config {
         self
     }
 
-    /// Whether errors of the given lens models are reported or compensated. Default [`LensTracking::Report`]. Robust preset with a
-    /// lens prior only.
+    /// Sets whether errors of the given lens models are reported or compensated. Default [`LensTracking::Report`].
+    /// Robust preset with a lens prior only.
     #[must_use]
     pub const fn with_lens_tracking(mut self, tracking: LensTracking) -> Self {
         self.lens_tracking = tracking;
         self
     }
 
-    /// Standard deviation of the apparent yaw of the lenses, rad: of `a`, where rows are off by `a x y` at unit depth.
-    /// Default 4.6e-3, the RMS of five recordings of two rectified vehicle rigs; eleven recordings in all have 1.5e-3.
-    /// Robust preset with a lens prior only.
+    /// Sets the standard deviation of the apparent yaw `a` of the lenses, rad. An apparent yaw `a` shifts rows by
+    /// `a x y` at unit depth. Default 4.6e-3, the RMS of five recordings of two rectified vehicle rigs; eleven
+    /// recordings in all have 1.5e-3. Robust preset with a lens prior only.
     ///
-    /// A larger value attributes more of the yaw that rows show to the lens; a smaller one attributes more to the mount.
+    /// A larger value attributes more of the yaw that rows show to the lens; a smaller one attributes more to the
+    /// mount.
     ///
     /// # Errors
-    /// [`ConfigError::LensYaw`] unless from 0 to 0.1.
+    /// [`ConfigError::LensYaw`] if the value is outside 0 to 0.1.
     pub const fn with_lens_yaw_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
         if rad >= 0.0 && rad <= 0.1 {
             self.lens_yaw_sd_rad = rad;
@@ -255,10 +262,11 @@ impl Config {
         }
     }
 
-    /// Correction limit, rad: a pair whose `R` or `t` is further from the factory values is not fused. Default 0.5.
+    /// Sets the correction limit, rad. A pair whose `R` or `t` differs from the factory value by a larger angle is not
+    /// fused. Default 0.5.
     ///
     /// # Errors
-    /// [`ConfigError::MaxCorrection`] unless above 0 and below 1.5.
+    /// [`ConfigError::MaxCorrection`] unless the value is above 0 and below 1.5.
     pub const fn with_max_correction_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
         if rad > 0.0 && rad < 1.5 {
             self.max_correction_rad = rad;
@@ -268,7 +276,7 @@ impl Config {
         }
     }
 
-    /// The same parameters, if each is within its range.
+    /// Returns the same parameters, if each is within its range.
     #[cfg(feature = "serde")]
     fn checked(self) -> Result<Self, ConfigError> {
         #[cfg(feature = "paper")]
@@ -287,7 +295,7 @@ impl Config {
             .with_memory_pairs(self.memory_pairs)
     }
 
-    /// Information of the prior about each unknown, 1/rad^2.
+    /// Returns the information of the prior on each unknown, 1/rad^2.
     pub(crate) fn prior<T: Scalar>(&self) -> T {
         let sd = T::single(self.prior_sd_rad);
         T::ONE / (sd * sd)
@@ -303,7 +311,7 @@ impl serde::Serialize for Config {
 
 #[cfg(feature = "serde")]
 impl<'de> serde::Deserialize<'de> for Config {
-    /// Refuses a parameter out of its range.
+    /// Reads a configuration, and refuses a parameter out of its range.
     fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
         Self::deserialize(from)?.checked().map_err(serde::de::Error::custom)
     }

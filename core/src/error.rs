@@ -1,6 +1,6 @@
-//! One small enum per operation. No error changes the extrinsics in use, but for that of
-//! [`crate::Calibrator::restore`], which leaves the factory calibration. [`crate::Calibrator::advance_pair`] says which
-//! rejected pairs count against the estimate.
+//! Errors: one small enum per operation. No error changes the extrinsics in use, except an error of
+//! [`crate::Calibrator::restore`], which puts the factory calibration into use. [`crate::Calibrator::advance_pair`]
+//! says which rejected pairs count against the estimate.
 
 use thiserror::Error;
 
@@ -26,13 +26,13 @@ pub enum CameraError {
     /// A focal length is not finite or not in 1..=1e6 px.
     #[error("focal length is not finite or not within 1 to 1e6 px")]
     FocalLength,
-    /// The principal point is not finite, or further from the image than its own size.
+    /// The principal point is not finite, or it is further outside the image than the size of the image.
     #[error("principal point is not finite or far outside the image")]
     PrincipalPoint,
     /// The image is smaller than 2 x 2 px.
     #[error("image is smaller than 2 x 2 px")]
     ImageSize,
-    /// A distortion coefficient is not finite or above 1e3 in size.
+    /// A distortion coefficient is not finite or above 1e3 in magnitude.
     #[error("distortion coefficient is not finite or above 1e3")]
     Distortion,
 }
@@ -48,7 +48,7 @@ pub enum UndistortError {
     /// The pixel lies outside the image by more than half a pixel.
     #[error("pixel is outside the image")]
     OutsideImage,
-    /// The lens model folds back before this pixel, or its ray is more than 85 degrees off axis.
+    /// The lens model folds back before this pixel, or the ray of the pixel is more than 85 degrees off axis.
     #[error("the lens model is not invertible at this pixel")]
     NotInvertible,
 }
@@ -87,40 +87,40 @@ pub enum ExtrinsicsError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// Huber threshold: finite and above 0.
+    /// Huber threshold: finite and above 0 px.
     #[error("huber threshold must be finite and above 0 px")]
     HuberThreshold,
-    /// Passes: from 2 up.
+    /// Passes: at least 2.
     #[error("max passes must be at least 2")]
     MaxPasses,
     /// Step tolerance: finite, from 0 to 0.1 rad.
     #[error("step tolerance must lie within 0 to 0.1 rad")]
     StepTolerance,
-    /// Fewest correspondences: at least 6, one more than unknowns.
+    /// Least number of correspondences: at least 6, one more than the number of unknowns.
     #[error("min correspondences must be at least 6")]
     MinCorrespondences,
-    /// Noise floor: finite and above 0.
+    /// Noise floor: finite and above 0 px.
     #[error("noise floor must be finite and above 0 px")]
     NoiseFloor,
     /// Standard deviation of the prior: from 1e-4 to 1 rad.
     #[error("prior standard deviation must lie within 1e-4 to 1 rad")]
     PriorStandardDeviation,
-    /// Largest standard deviation: finite and above 0.
+    /// Largest standard deviation: finite and above 0 rad.
     #[error("max standard deviation must be finite and above 0 rad")]
     MaxStandardDeviation,
-    /// Memory: from 20 pairs.
+    /// Memory: at least 20 pairs.
     #[error("memory must be at least 20 pairs")]
     Memory,
-    /// Deviations of the lens: 0 to 0.1, of the principal point 0 to 100 px.
+    /// Standard deviations of the lens: 0 to 100 px for the principal point, 0 to 0.1 for all others.
     #[error("lens deviations must lie within 0 to 0.1, of the principal point 0 to 100 px")]
     LensPrior,
     /// Correction limit: above 0 and below 1.5 rad.
     #[error("max correction must lie within 0 to 1.5 rad")]
     MaxCorrection,
-    /// Deviation of the factory yaw: from 1e-6 to 1 rad.
+    /// Standard deviation of the factory yaw: from 1e-6 to 1 rad.
     #[error("deviation of the factory yaw must lie within 1e-6 to 1 rad")]
     FactoryYaw,
-    /// Deviation of the apparent yaw of the lens: from 0 to 0.1 rad.
+    /// Standard deviation of the apparent yaw of the lens: from 0 to 0.1 rad.
     #[error("deviation of the lens's yaw must lie within 0 to 0.1 rad")]
     LensYaw,
     /// Length of the baseline: from 1e-3 to 1e3 m.
@@ -133,10 +133,10 @@ pub enum ConfigError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RangeError {
-    /// The factory calibration has no length: [`crate::FactoryCalibration::with_baseline_m`].
+    /// The factory calibration has no baseline length: [`crate::FactoryCalibration::with_baseline_m`].
     #[error("the length of the baseline is not known")]
     NoBaseline,
-    /// The estimate is not locked, or frozen. Later readings may be taken.
+    /// The estimate is not locked, or the calibrator is frozen. Later readings may be taken.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
     /// Range or deviation is not finite, or out of the range of a sensor.
@@ -148,8 +148,8 @@ pub enum RangeError {
     /// No match near the pixel fits the estimate.
     #[error("no match near the pixel fits the estimate")]
     NoMatch,
-    /// The lens would have to be off by more than three deviations of its prior: the sensor has seen another point, or its
-    /// scale is wrong.
+    /// The apparent yaw of the lens would have to be off by more than three standard deviations of its prior: the
+    /// sensor has measured another point, or its scale is wrong.
     #[error("reading contradicts mount and lens")]
     Contradicts,
 }
@@ -159,16 +159,17 @@ pub enum RangeError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MotionError {
-    /// The estimate is not locked, or frozen.
+    /// The estimate is not locked, or the calibrator is frozen.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
-    /// Fewer tracked matches than a pair needs.
+    /// There are fewer tracked matches than a pair needs.
     #[error("too few tracked matches")]
     TooFew,
-    /// They agree on no motion, or on one that does not tell yaw: the rig rests, or only turns.
+    /// The tracked matches agree on no motion, or on a motion that does not determine yaw: the rig is at rest, or only
+    /// turns.
     #[error("no motion that tells yaw")]
     NoMotion,
-    /// The lens would have to be off by more than three deviations of its prior.
+    /// The apparent yaw of the lens would have to be off by more than three standard deviations of its prior.
     #[error("motion contradicts mount and lens")]
     Contradicts,
 }
@@ -198,42 +199,44 @@ pub enum PushError {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Rejection {
-    /// Fewer usable correspondences than the configuration asks for; nothing is wrong.
+    /// The batch has fewer usable correspondences than the configuration asks for; nothing is wrong.
     #[error("{usable} usable correspondences, {needed} needed")]
     TooFew {
-        /// In the batch and in front of both cameras.
+        /// Number of correspondences of the batch in front of both cameras.
         usable: u32,
-        /// By configuration.
+        /// Number that the configuration asks for.
         needed: u32,
     },
-    /// No extrinsics bring clearly more matches near their rows than chance does: nearly all matches are outliers.
+    /// No extrinsics bring clearly more matches near their rows than chance: nearly all matches are outliers.
     #[error("the correspondences agree on no extrinsics")]
     NoConsensus,
-    /// The extrinsics that they agree on have the points behind the cameras: left and right are exchanged, `t` of the factory
-    /// extrinsics has the other sign, one image is mirrored, or both are upside down. Such pairs are never fused.
+    /// Under the extrinsics that the matches agree on, the points are behind the cameras: left and right are exchanged,
+    /// `t` of the factory extrinsics has the other sign, one image is mirrored, or both are upside down. Such pairs are
+    /// never fused.
     #[error(
         "the points are behind the cameras: left and right exchanged, t of the other sign, an image mirrored or both \
          upside down"
     )]
     Behind,
-    /// They fit cameras one above the other clearly better than side by side: u and v are exchanged, the cameras are
-    /// mounted so, or `t` of the factory extrinsics is wrong.
+    /// The matches fit cameras one above the other clearly better than cameras side by side: u and v are exchanged, the
+    /// cameras are mounted one above the other, or `t` of the factory extrinsics is wrong.
     #[error(
         "disparities run along the columns: u and v exchanged, cameras one above the other, or a wrong t"
     )]
     Columns,
-    /// All disparities are equal to within their noise, or change evenly from left to right: both sides show the same image,
-    /// or the scene is one plane. Such a pair does not tell whether the calibration is good.
+    /// All disparities are equal to within their noise, or change evenly from left to right: both sides show the same
+    /// image, or the scene is one plane. Such a pair does not show whether the calibration is good.
     #[error("no depth: all disparities alike, such as with the same image on both sides")]
     NoDepth,
-    /// The correspondences leave a direction free: all alike, or on one line; in the paper preset also all far away.
+    /// The correspondences leave a direction of the extrinsics free: they are all alike, or on one line. In the paper
+    /// preset they may also be all far away.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
     /// The pair's weakest direction is less certain than the configuration allows (paper preset).
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
-    /// `R` or `t` of the pair, or of the estimate with it, is further from the factory values than the
-    /// correction limit. If it is returned again and again, the factory values are wrong or the mount has moved.
+    /// `R` or `t` of the pair, or of the estimate with the pair, is further from the factory values than the correction
+    /// limit. If this error is returned again and again, the factory values are wrong or the mount has moved.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
     /// The estimate with this pair cannot be rectified.
@@ -245,7 +248,7 @@ pub enum Rejection {
     /// The calibrator is frozen: the pair was solved, and changes nothing.
     #[error("the calibrator is frozen")]
     Frozen,
-    /// No pair was being solved. [`crate::Calibrator`] never returns it.
+    /// No pair was being solved. [`crate::Calibrator`] never returns this error.
     #[error("no pair has been begun")]
     NotBegun,
 }
@@ -258,45 +261,47 @@ pub enum ApplyError {
     /// No pair has been fused yet.
     #[error("there is no proposal: no pair has been fused")]
     NoProposal,
-    /// The fused directions cancel or the fused baseline left the range that can be rectified.
+    /// The fused directions cancel, or the fused baseline is outside the range that can be rectified.
     #[error("the fused pairs agree on no extrinsics")]
     Inconsistent,
     /// The estimate is not confirmed, or the last pairs disagree with it.
     #[error("the estimate is {0}, not locked")]
     NotLocked(State),
-    /// [`crate::Reason::SecondMode`] or [`crate::Reason::Biased`]: [`crate::Proposal::reasons`] says which.
+    /// The matches are doubtful: [`crate::Reason::SecondMode`] or [`crate::Reason::Biased`].
+    /// [`crate::Proposal::reasons`] says which.
     #[error("a second crowd of matches, or image halves that disagree: the matches are biased")]
     Doubtful,
     /// The calibrator is frozen.
     #[error("the calibrator is frozen")]
     Frozen,
-    /// There is nothing to go back to.
+    /// No calibration has been replaced since the last reset or undo.
     #[error("nothing has been applied since the last reset")]
     NothingToUndo,
 }
 
-/// Why a record was not read. The calibrator is as after [`crate::Calibrator::reset`]: go on from the factory calibration.
+/// Why a record was not read. The calibrator is in the state after [`crate::Calibrator::reset`]: continue from the
+/// factory calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum RestoreError {
-    /// Its checksum or its length is wrong.
+    /// The checksum or the length of the record is wrong.
     #[error("the record is damaged")]
     Damaged,
-    /// It is a record of another kind.
+    /// The record is of another kind.
     #[error("the record is of something else")]
     Foreign,
-    /// It has the layout of another firmware, earlier or later.
+    /// The record has the layout of an earlier or later firmware.
     #[error("the record has layout {0}, and this firmware has another one")]
     Layout(u8),
-    /// It was learnt with other cameras or from other factory extrinsics.
+    /// The record was learnt with other cameras or from other factory extrinsics.
     #[error("the record is of another rig")]
     OtherRig,
-    /// A number is out of its range although the checksum is right: another program wrote it.
+    /// A number is out of its range although the checksum is right: another program wrote the record.
     #[error("a number of the record is out of its range")]
     Absurd,
-    /// It is beyond the correction limit, or has corrected cameras ([`crate::LensTracking::Compensate`]) where the
-    /// configuration only reports lens errors.
+    /// The record is beyond the correction limit, or it has corrected cameras ([`crate::LensTracking::Compensate`])
+    /// although the configuration only reports lens errors.
     #[error("the record is beyond what the configuration allows")]
     Config,
 }
@@ -315,8 +320,8 @@ pub enum RectifyError {
     /// A border point lies behind the rectified image plane: the rig is turned too far.
     #[error("the {0} image border lies behind the rectified plane")]
     Behind(Side),
-    /// No rectangle of the rectified plane is seen by both cameras, or the rectified images are not
-    /// upright: cameras one above the other, or left and right exchanged.
+    /// The two cameras see no common rectangle of the rectified plane, or the rectified images are not upright: cameras
+    /// one above the other, or left and right exchanged.
     #[error("the rectified views share no rectangle")]
     NoCommonView,
 }

@@ -1,32 +1,33 @@
 //! Tracks the extrinsics of a stereo rig online, from left/right correspondences: `no_std`, no heap, fixed capacity.
 //!
 //! Each stereo pair gives two rectifying rotations from the row offsets of its correspondences, in a bounded number of
-//! passes. An incremental fusion in constant memory combines the pairs. Two presets: [`Config::robust`], for up to half
-//! outliers, and [`Config::paper`], the method as published by H. Zhao, Y. Zhang, Q. Chen, R. Fan, "Dive Deeper into
-//! Rectifying Homography for Stereo Camera Online Self-Calibration". Equation numbers are that paper's; [`derivation`]
-//! derives the robust preset.
+//! passes. An incremental fusion in constant memory combines the pairs. There are two presets: [`Config::robust`] works
+//! with up to half outliers, and [`Config::paper`] is the method as published by H. Zhao, Y. Zhang, Q. Chen, R. Fan,
+//! "Dive Deeper into Rectifying Homography for Stereo Camera Online Self-Calibration". Equation numbers refer to that
+//! paper; [`derivation`] derives the robust preset.
 //!
-//! # The walk
+//! # Data flow
 //!
 //! ```text
 //! FactoryCalibration   cameras, and the extrinsics of production or a guess: where everything starts
 //! pixels -> batch      undistorted to rays, up to N kept: Calibrator::push
 //!        -> pair       R, t of the batch, with their information: PairReport
 //!        -> estimate   over all pairs: Proposal. Calibrator::solve_pair takes both steps and returns an Outcome
-//!        -> check      residuals in use and proposed, may it arm, and why not: Health
+//!        -> check      row offsets in use and proposed, whether the rig may arm, and why not: Health
 //!        -> apply      the estimate is put into use: Calibrator::apply returns a Calibration
 //!        -> rectifier  Calibration::homographies
 //! ```
 //!
-//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] does. A firmware loads [`Calibrator::in_use`] at
-//! start, before any pair has come. [`link`] receives a matcher's frames and [`store`] keeps records in flash; the
-//! estimator depends on neither.
+//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] changes them. A firmware loads
+//! [`Calibrator::in_use`] at start, before any pair has come. [`link`] receives a matcher's frames and [`store`] keeps
+//! records in flash; the estimator depends on neither.
 //!
 //! # Modules
 //!
-//! The root has the names of a firmware. [`geometry`] has lens models, rectification and rotations, [`batch`] the
-//! correspondences that are held, [`outcome`] parts of the results, [`depth`] the witnesses of a known distance and of a
-//! motion, [`link`] the matcher, [`store`] the flash; `paper` the published method.
+//! The root has the names that a firmware needs. [`geometry`] has lens models, rectification and rotations; [`batch`]
+//! has the correspondences that are held; [`outcome`] has parts of the results; [`depth`] has the witnesses of a known
+//! distance and of a motion; [`link`] receives from a matcher; [`store`] writes to flash; `paper` has the published
+//! method.
 //!
 //! # Example
 //!
@@ -56,44 +57,45 @@
 //!
 //! # Conventions
 //!
-//! * Extrinsics: `p_r = R p_l + t`, `|t| = 1`; `p_l`, `p_r` are one point in the left and the right camera frame. A
-//!   plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`. The length of the baseline is not observable.
+//! * Extrinsics: `p_r = R p_l + t`, `|t| = 1`; `p_l`, `p_r` are the same point in the left and in the right camera
+//!   frame. A plain side-by-side rig has `R = I`, `t = (-1, 0, 0)`. The length of the baseline is not observable.
 //! * Camera frame: x right, y down, z forward.
-//! * Pixels: of the image before undistortion; `(0, 0)` is the centre of the top left pixel, u right, v down. Lens
+//! * Pixels: in the image before undistortion; `(0, 0)` is the centre of the top left pixel, u right, v down. Lens
 //!   models and coefficients are OpenCV's.
 //! * Units: px in the image, rad for angles; a name ends with its unit where the unit is not obvious.
-//! * Scalar: `f32` ships, `f64` is the reference. The same input gives the same bits on every target.
+//! * Scalar: `f32` in products, `f64` as the reference for tests. The same input gives the same bits on every target.
 //! * [`nalgebra`] is part of the public API and is re-exported.
 //!
 //! # Errors and actions
 //!
-//! Every error is a small `Copy` enum, one per operation, with `Display`, [`core::error::Error`] and a number `code()`, one
-//! for each remedy. No error changes the extrinsics in use, but for that of [`Calibrator::restore`].
+//! Each operation has one error: a small `Copy` enum with `Display`, [`core::error::Error`] and a number `code()`.
+//! Errors with the same remedy have the same number. No error changes the extrinsics in use, except an error of
+//! [`Calibrator::restore`].
 //!
-//! | error | of | action |
+//! | error | returned by | action |
 //! |---|---|---|
 //! | [`ConfigError`] | `Config::with_*` | Correct the named parameter. In a `const` it fails the build. |
 //! | [`geometry::CameraError`] | [`Camera::try_new`] | Correct the named quantity. |
 //! | [`geometry::ExtrinsicsError`] | [`Extrinsics::try_new`] | Correct `R` or `t`; a baseline along an optical axis cannot be rectified. |
 //! | [`geometry::UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
 //! | [`geometry::ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
-//! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; many of them: wrong cameras. `Busy`: finish or discard the pair. |
-//! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `CorrectionLimit` again and again: factory values or mounting. `Frozen`: intended. |
-//! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; it names the likeliest mistake, if pairs show one. |
+//! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; if there are many, the cameras are wrong. `Busy`: finish or discard the pair. |
+//! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `CorrectionLimit` again and again: check factory values and mounting. `Frozen`: intended. |
+//! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; the error names the likeliest mistake, if pairs show one. |
 //! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`geometry::RectifyError`] | [`Calibration::homographies`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
-//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_witness`] | `NotLocked`: read again later. `Contradicts`, again and again: the sensor, or its scale. |
-//! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Go on: the calibrator starts from the factory calibration. |
-//! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the cameras set are of another image. |
+//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_witness`] | `NotLocked`: read again later. `Contradicts` again and again: check the sensor and its scale. |
+//! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Continue: the calibrator starts from the factory calibration. |
+//! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the calibrator has cameras of another image size. |
 //! | [`link::HeaderError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
 //! | [`link::EncodeError`] | encoding | Correct the named quantity of the sender. |
-//! | [`store::StoreError`] | the store | `Range`: correct the ranges. Else: go on without; the record before remains, and the save is due again later. |
+//! | [`store::StoreError`] | the store | `Range`: correct the ranges. Otherwise: continue without saving; the previous record remains, and the save is due again later. |
 //!
 //! # Real time
 //!
 //! Every call returns after a bounded number of operations. Between two calls of a pair the caller may do anything
-//! else; a call itself only computes, and interrupts may preempt it. Instructions of a Cortex-M4F in `f32`, built for
-//! speed, 256 correspondences of which 30 % are outliers, the most that was measured:
+//! else; a call itself only computes, and interrupts may preempt it. The table has the largest measured numbers of
+//! instructions on a Cortex-M4F, in `f32`, built for speed, with 256 correspondences of which 30 % are outliers:
 //!
 //! | call | instructions | calls |
 //! |---|---|---|
@@ -104,15 +106,15 @@
 //! | [`Calibrator::advance_pair`], the fusion | 130,000 | one a pair |
 //! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
-//! * Locked, a frame of 1,000 matches takes 0.78 million from its first byte to its outcome: 0.48 million to decode and
-//!   select, 0.30 million for the pair. While acquiring 1.69 million; a batch of mismatches alone, 1.24 million for the
-//!   pair.
-//! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice. The
-//!   result equals that of [`Calibrator::solve_pair`], bit for bit.
-//! * A frame that comes before the last pair is done: a driver of [`link`] reads nothing, and the sender keeps its
-//!   frame; without a driver `push` returns [`PushError::Busy`], and a decoder
-//!   [`link::FrameRefusal::Busy`], once a frame. The pair goes on. [`Calibrator::discard_pair`] abandons it instead;
-//!   the estimate stays as it is. A frame that is left out costs one pair.
+//! * Locked, a frame of 1,000 matches takes 0.78 million instructions from its first byte to its outcome: 0.48 million
+//!   to decode and select, 0.30 million for the pair. While acquiring, the frame takes 1.69 million. With a batch of
+//!   mismatches alone, the pair takes 1.24 million.
+//! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice.
+//!   The result equals the result of [`Calibrator::solve_pair`], bit for bit.
+//! * A frame may come before the last pair is done. A driver of [`link`] then reads nothing, and the sender keeps the
+//!   frame. Without a driver, `push` returns [`PushError::Busy`], and a decoder returns [`link::FrameRefusal::Busy`]
+//!   once per frame. The pair continues; [`Calibrator::discard_pair`] abandons it and leaves the estimate unchanged. A
+//!   frame that is left out costs one pair.
 //!
 //! # Features
 //!
@@ -120,34 +122,34 @@
 //! |---|---|
 //! | `paper` (default) | The published method, `Config::paper`. Without it a firmware saves flash. |
 //! | `defmt` | `defmt::Format` for every result and error. |
-//! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results, as plain arrays; what is read is checked. |
+//! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results, as plain arrays; values that are read are checked. |
 //! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
 //!
 //! Minimum supported Rust version: 1.89.
 //!
 //! # Glossary
 //!
-//! Words of this crate; all others are the field's.
+//! Terms of this crate. All other terms have their usual meaning in the field.
 //!
 //! | term | meaning |
 //! |---|---|
 //! | pair | One stereo image pair: the correspondences of the batch, and the extrinsics that solve them. |
 //! | pass | One read of the whole batch: the unit of time of a solve. |
-//! | search, track | A solve from far, by an annealed loss; a solve near a known estimate, in 4 passes. |
+//! | search, track | Search: a solve from far away, by an annealed loss. Track: a solve near a known estimate, in 4 passes. |
 //! | factory | Calibration that the rig left production with, or a guess: start, prior, and centre of the correction limit. |
 //! | in use | Calibration that the caller rectifies with; [`Calibrator::apply`] changes it, and then its generation number. |
 //! | proposal | The estimate over all fused pairs, which `apply` puts into use. |
 //! | challenger | An estimate of the pairs that disagree with the reported one; three pairs that show another rig promote it. |
-//! | repeated scene | A pair with the matches of the pair before it: the vehicle is at rest. It adds nothing. |
+//! | repeated scene | A pair with the matches of the pair before it: the vehicle is at rest. Such a pair adds nothing. |
 //! | witness | A measurement of the yaw of the mount alone: a known distance, or tracked matches of a rig that moves. |
 
 #![no_std]
 #![forbid(unsafe_code)]
 
-// `inline(always)`: a part of an inner loop that opt-level "s" leaves out of line. Its call costs instructions for each
-// correspondence, and a sum whose address it takes leaves the registers. `cargo controller-cost` shows which parts
-// need it. `inline(never)`: a function that needs much stack. Inlined, it would hold that stack through all other calls
-// of its caller.
+// `inline(always)` marks a part of an inner loop that opt-level "s" would leave out of line. A call would cost
+// instructions for each correspondence, and a sum whose address is passed would leave the registers.
+// `cargo controller-cost` shows which parts need it. `inline(never)` marks a function that needs much stack. Inlined,
+// it would hold that stack during all other calls of its caller.
 
 #[macro_use]
 mod named;

@@ -1,14 +1,14 @@
 //! Macros that give the values of an enumeration their numbers and their texts.
 
-/// Defines the number of each value. Errors with the same remedy have the same number, whichever operation returns them.
-/// `capi/tests/api/codes.rs` checks all of them together.
+/// Defines the number of each value. Errors with the same remedy have the same number, whichever operation returns
+/// them. `capi/tests/api/codes.rs` checks all numbers together.
 macro_rules! codes {
     ($($name:ident $([$($generic:ident),+])? {
         $($variant:ident $({ $($field:tt: $value:ident),+ })? = $code:expr),+ $(,)?
     })+) => {$(
         impl $(<$($generic),+>)? $name $(<$($generic),+>)? {
-            /// Number for a log or a wire. Errors have numbers from 100 on, one for each remedy: two operations that fail for
-            /// the same reason return the same number.
+            /// Returns the number for a log or a wire. Errors have numbers from 100 on. Errors with the same remedy
+            /// have the same number, whichever operation returns them.
             #[must_use]
             pub const fn code(&self) -> u16 {
                 match self {

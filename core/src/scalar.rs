@@ -8,7 +8,7 @@ mod sealed {
     impl Sealed for f64 {}
 }
 
-/// `f32`, the number type of the product, or `f64`, the reference it is tested against. Sealed.
+/// Number type: `f32` for products, or `f64` as the reference for tests. The trait is sealed.
 pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// Zero.
     const ZERO: Self;
@@ -29,36 +29,37 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     /// The same ratios of the series of `cos(h)`: `1 / (1 * 2)`, `1 / (3 * 4)`, and so on.
     const COSINE: [Self; 11];
 
-    /// A constant of the source text, rounded to nearest.
+    /// Converts a constant of the source text, rounded to nearest.
     #[must_use]
     fn lit(value: f64) -> Self;
 
-    /// A parameter of a configuration, exact.
+    /// Converts a parameter of a configuration, exactly.
     #[must_use]
     fn single(value: f32) -> Self;
 
-    /// A count, rounded to nearest: exact up to 2^24 in `f32`.
+    /// Converts a count, rounded to nearest: exact up to 2^24 in `f32`.
     #[must_use]
     fn count(value: u32) -> Self;
 
-    /// This number as `f64`, exact.
+    /// Returns this number as `f64`, exactly.
     #[must_use]
     fn to_f64(self) -> f64;
 
-    /// This number as `f32`, rounded to nearest.
+    /// Returns this number as `f32`, rounded to nearest.
     #[must_use]
     fn to_single(self) -> f32;
 
-    /// The integer part, saturated to the range of `u16`; 0 for NaN.
+    /// Returns the integer part, saturated to the range of `u16`; 0 for NaN.
     #[must_use]
     fn to_u16(self) -> u16;
 
-    /// The bits of the representation, zero-extended.
+    /// Returns the bits of the representation, zero-extended.
     #[must_use]
     fn bits(self) -> u64;
 
-    /// How often `first`, a normal number above 0, doubles until it exceeds this number, whatever its sign; more than 100
-    /// times for NaN.
+    /// Returns the number of doublings after which `first` exceeds the magnitude of this number; more than 100 for NaN.
+    ///
+    /// * `first`: a normal number above 0.
     #[must_use]
     fn doublings_of(self, first: Self) -> usize;
 }
@@ -110,7 +111,7 @@ macro_rules! scalar {
             fn to_single(self) -> f32 {
                 self as f32
             }
-            // By 32 bits: the controller's conversion saturates there by itself.
+            // Through 32 bits, because the conversion instruction of the controller saturates at 32 bits.
             #[inline]
             fn to_u16(self) -> u16 {
                 (self as u32).min(0xffff) as u16

@@ -8,7 +8,7 @@
 pub enum State {
     /// Too few pairs agree yet.
     Acquiring,
-    /// The last pair agrees with the estimate, and `R` is certain. `t` may still be the start:
+    /// The last pair agrees with the estimate, and `R` is certain. `t` may still be the start value:
     /// [`crate::Proposal::baseline_observed`].
     Locked,
     /// The last pairs disagree with the estimate, or a challenger gathers pairs.
@@ -34,8 +34,8 @@ pub enum Stop {
     Converged,
     /// No step lowers the cost: this is the optimum within the resolution of the scalar.
     NoDescent,
-    /// All passes were taken. This is normal for a pair tracked from a locked estimate; a search has not converged. The
-    /// estimate is the best pose reached.
+    /// All passes were taken. This is normal for a pair tracked from a locked estimate; a search that stops this way
+    /// has not converged. The estimate is the best pose reached.
     PassesSpent,
 }
 

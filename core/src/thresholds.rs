@@ -1,4 +1,4 @@
-//! Thresholds of the estimator, in the order of the walk: geometry, pair, fusion, outcome, paper. `ESTIMATOR.md`
+//! Thresholds of the estimator, in the order of the data flow: geometry, pair, fusion, outcome, paper. `ESTIMATOR.md`
 //! derives the quantities that they limit.
 //!
 //! Each one states its unit, its reason, and the effect of a larger and of a smaller value. A suffix names the unit
@@ -16,7 +16,7 @@ pub(crate) use pair::*;
 pub(crate) const MIN_DEPTH: f64 = 0.05;
 
 /// Least component of the unit baseline across each optical axis (sine of 6 degrees). A larger limit refuses rigs that
-/// can be rectified; a smaller one comes near the pole of the gauge.
+/// can be rectified; a smaller one accepts rigs near the pole of the gauge.
 pub(crate) const MIN_LATERAL: f64 = 0.1;
 
 /// Largest turn of one view in one step. A larger limit uses a linearisation beyond its range; a smaller one refuses
@@ -24,20 +24,22 @@ pub(crate) const MIN_LATERAL: f64 = 0.1;
 pub(crate) const MAX_STEP_RAD: f64 = 1.5;
 
 /// Tangent of 85 degrees: a ray further off axis has no useful unit-depth form. A larger limit loses digits in `f32`; a
-/// smaller one cuts a fisheye image.
+/// smaller one cuts off the border of a fisheye image.
 pub(crate) const MAX_TANGENT: f64 = 11.43;
 
-/// Largest squared Frobenius norm of `M^T M - I` for which `M` is taken for a rotation, and Newton-Schulz steps to the
-/// nearest rotation (0.2 to 1e-13). A larger norm accepts other matrices; a smaller one refuses rounded files.
+/// Largest squared Frobenius norm of `M^T M - I` for which `M` is taken for a rotation, and number of Newton-Schulz
+/// steps to the nearest rotation (from an error of 0.2 to 1e-13). A larger norm accepts other matrices; a smaller one
+/// refuses rounded files.
 pub(crate) const MAX_ROTATION_DEFECT: f64 = 0.04;
 pub(crate) const NEWTON_SCHULZ_STEPS: usize = 6;
 
-/// Newton steps of an undistortion; 3 to 5 are usual, and a bracketed fisheye takes up to four times as many. A larger
-/// limit raises the worst time; a smaller one refuses pixels near the fold.
+/// Largest number of Newton steps of an undistortion; 3 to 5 are usual. A bracketed fisheye takes up to four times this
+/// number. A larger limit raises the worst-case time; a smaller one refuses pixels near the fold.
 pub(crate) const MAX_NEWTON_STEPS: usize = 12;
 
-/// Last Newton step in units in the last place of one plus the point's size, or of one plus a fisheye's angle. A larger
-/// tolerance loses digits; Newton may never reach a smaller one.
+/// Newton step that ends an undistortion: in units in the last place of one plus the size of the point, and for a
+/// fisheye in units in the last place of the angle. A larger tolerance loses digits; a smaller one may never be
+/// reached.
 pub(crate) const NEWTON_ULPS: f64 = 4.0;
 pub(crate) const FISHEYE_NEWTON_ULPS: f64 = 2.0;
 
@@ -46,19 +48,20 @@ pub(crate) const FISHEYE_NEWTON_ULPS: f64 = 2.0;
 pub(crate) const MIN_LENS_DENOMINATOR: f64 = 0.01;
 
 /// Largest residual of an undistorted and redistorted point of a rational lens, in units in the last place of one plus
-/// the size of both points. A larger limit accepts points off their pixel; a smaller one refuses good points.
+/// the sizes of both points. A larger limit accepts points that miss their pixel; a smaller one refuses good points.
 pub(crate) const RATIONAL_RESIDUAL_ULPS: f64 = 256.0;
 
-/// Start of Newton for a distorted point beyond the fold, as a part of the fold's radius. A larger part starts where
-/// the Jacobian is nearly singular; a smaller one takes more steps.
+/// Start of Newton's method for a distorted point beyond the fold, as a part of the fold's radius. A larger part starts
+/// where the Jacobian is nearly singular; a smaller one takes more steps.
 pub(crate) const NEWTON_START: f64 = 0.9;
 
 /// Largest magnitude of a distortion coefficient. A larger limit accepts files that hold no lens; a smaller one refuses
 /// lenses.
 pub(crate) const MAX_DISTORTION: f64 = 1e3;
 
-/// Samples of a lens model up to its limit, and bisections of the interval that holds the fold. More cost time when a
-/// camera is set; fewer samples miss a narrow fold, and fewer bisections lose digits.
+/// Samples of a lens model up to its limit, and bisections of the interval that holds the fold. Larger numbers cost
+/// time when a camera is set; a smaller number of samples misses a narrow fold, and a smaller number of bisections
+/// loses digits.
 pub(crate) const FOLD_SAMPLES: u32 = 256;
 pub(crate) const FOLD_BISECTIONS: usize = 30;
 
@@ -66,13 +69,13 @@ pub(crate) const FOLD_BISECTIONS: usize = 30;
 
 // Fusion.
 
-/// Largest normalised innovation squared (NIS) of a pair, and largest normalised score squared of a window, over the reduced
-/// chi-square; chance exceeds it at 4e-5 at most. A larger limit follows a step and sees drift later; a smaller one rejects
-/// good pairs and renews by chance.
+/// Largest normalised innovation squared (NIS) of a pair, and largest normalised score squared of a window, over the
+/// reduced chi-square. The probability that chance exceeds it is at most 4e-5. A larger limit detects steps and drift
+/// later; a smaller one rejects good pairs and renews the estimate by chance.
 pub(crate) const MAX_NIS: f64 = 28.0;
 
-/// Factor of [`MAX_NIS`] for a challenger without a champion, which may be a few deviations off. A larger factor locks
-/// on chance; a smaller one locks later.
+/// Factor of [`MAX_NIS`] for a challenger while there is no confirmed estimate; such a challenger may be a few
+/// deviations off. A larger factor locks on chance; a smaller one locks later.
 pub(crate) const YOUNG_SLACK: f64 = 2.0;
 
 /// Least inlier share of a pair over the usual share. A larger ratio rejects poor pairs; a smaller one accepts
@@ -83,15 +86,16 @@ pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
 /// steps; a smaller one rejects pairs of a vibrating rig.
 pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
 
-/// Samples that a test for vibration needs, deviations by which their median must exceed chance, and the factor of both
-/// limits once vibration is known. Larger limits detect vibration later; smaller ones detect it by chance.
+/// Number of samples that a test for vibration needs; deviations by which their median must exceed chance; and factor
+/// of this limit, and of the variance at rest, once vibration is known. Larger limits detect vibration later; smaller
+/// ones detect it by chance.
 pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
 pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
 pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
 
-/// Number of newest samples that count alone if their median exceeds so many deviations and so many times the median of
-/// all: vibration has begun. The same ratio tells that a mean is stale. Larger values notice it later; smaller ones
-/// take a knock for it.
+/// Number of newest samples, and deviations and multiple of the median of all samples that their median must exceed.
+/// Then vibration has begun, and only the newest samples count. The same ratio shows that a mean is stale. Larger
+/// values notice vibration later; smaller ones take a knock for vibration.
 pub(crate) const RECENT_VIBRATION_SAMPLES: usize = 7;
 pub(crate) const RECENT_VIBRATION_DEVIATIONS: f64 = 8.0;
 pub(crate) const VIBRATION_RATIO: f64 = 4.0;
@@ -99,25 +103,27 @@ pub(crate) const VIBRATION_RATIO: f64 = 4.0;
 /// Largest vibration (0.4 degrees). A larger limit takes knocks for vibration; a smaller one loses a shaken rig.
 pub(crate) const MAX_VIBRATION_RAD: f64 = 7e-3;
 
-/// Least vibration of `R` (0.03 degrees), and largest ratio of the deviations of baseline and `R`, that turning cameras
-/// explain. A larger vibration or a smaller ratio leaves vibration in the lens; the reverse hides a wrong lens.
+/// Limits within which turning cameras explain a scatter: least vibration of `R` (0.03 degrees), and largest ratio of
+/// the deviations of baseline and `R`. A larger vibration or a smaller ratio leaves vibration in the lens; a smaller
+/// vibration or a larger ratio hides a wrong lens.
 pub(crate) const TURN_RAD: f64 = 5.2e-4;
 pub(crate) const MAX_TURN_RATIO: f64 = 4.0;
 
-/// Largest number of pairs that are dropped, but for the last, once they turn out to be shaken. A larger number loses
-/// more pairs; a smaller one keeps sums that are not a mean over the vibration.
+/// Largest number of pairs that are dropped once they turn out to be shaken; the last pair is kept. A larger number
+/// loses more pairs; a smaller one keeps sums that are not a mean over the vibration.
 pub(crate) const FORGOTTEN_PAIRS: u32 = 16;
 
 /// Prior deviation of a pair about the estimate that it is tracked from (0.05 degrees), for each unknown. A larger
-/// value weakens the covariance gating of outliers; a smaller one is stiff against a small step.
+/// value weakens the covariance gating of outliers; a smaller one resists a small step.
 pub(crate) const FREEDOM_RAD: f64 = 8.7e-4;
 
 /// Largest reduced chi-square that a pair contributes; real lenses leave 3 to 10. A larger limit lets a false pair
 /// widen the gate; a smaller one reports too small a deviation.
 pub(crate) const MAX_REDUCED_CHI_SQUARE: f64 = 16.0;
 
-/// Pairs of reduced chi-square 1 that its mean starts from; and pairs in the running means of chi-square, of noise and
-/// of the inlier share. More follow a changing scene later; fewer are noisier.
+/// Number of pairs of reduced chi-square 1 with which the mean of the reduced chi-square starts; and number of pairs in
+/// the running means of chi-square, noise and inlier share. Larger numbers follow a changing scene later; smaller ones
+/// make the means noisier.
 pub(crate) const CHI_SQUARE_PAIRS: f64 = 4.0;
 pub(crate) const AVERAGED_PAIRS: u32 = 50;
 
@@ -125,26 +131,26 @@ pub(crate) const AVERAGED_PAIRS: u32 = 50;
 /// waits in poor scenes.
 pub(crate) const MAX_LOCKED_SD_RAD: f64 = 0.12;
 
-/// Variance of `t` over that of one of its two angles in the factory extrinsics (2 without pairs): the baseline is
-/// observed up to the first limit, and applied in any case up to the second. Larger limits apply a baseline that is
-/// mostly the prior; smaller ones wait in far scenes.
+/// Variance of `t` over the variance of one of its two angles in the factory extrinsics (2 without pairs). The baseline
+/// is observed up to the first limit, and is applied in any case up to the second limit. Larger limits apply a baseline
+/// that is mostly the prior; smaller ones wait in far scenes.
 pub(crate) const OBSERVED_BASELINE: f64 = 0.25;
 pub(crate) const CERTAIN_BASELINE: f64 = 0.0625;
 
-/// Squared distance of the baseline in use from an observed one over the covariance, above which the observed one is
-/// applied: 1 % by chance. A larger limit keeps a wrong baseline; a smaller one applies noise.
+/// Squared Mahalanobis distance of the baseline in use from an observed one, above which the observed one is applied.
+/// Chance exceeds it in 1 % of the cases. A larger limit keeps a wrong baseline; a smaller one applies noise.
 pub(crate) const SIGNIFICANT_BASELINE: f64 = 9.0;
 
-/// Least pivot of the information on the lens, scaled to unit diagonal. A larger limit holds directions that pairs
-/// determine; a smaller one divides by rounding.
+/// Least pivot of the information on the lens, scaled to unit diagonal. A larger limit holds directions fixed that
+/// pairs determine; a smaller one divides by rounding.
 pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
 
 /// Largest error of a lens in deviations of its prior. A larger limit reports the result of damaged sums; a smaller one
 /// refuses lenses that are far from their calibration.
 pub(crate) const MAX_LENS_VALUE: f64 = 1e3;
 
-/// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`; it counts as a deviation of its
-/// own. A larger part names the error later; a smaller one reports too small a deviation.
+/// Part of an error of the lens that frozen weights may hide, `1 - E[psi'] / E[w]`; it counts as an additional standard
+/// deviation. A larger part names the error later; a smaller one reports too small a deviation.
 pub(crate) const LENS_SHRINKAGE: f64 = 0.17;
 
 /// Largest correction of a lens, relative focal length and `k1`. A larger limit follows biases further; a smaller one
@@ -155,36 +161,36 @@ pub(crate) const MAX_LENS_CORRECTION: f64 = 0.1;
 /// leaves errors in `t`; a smaller one takes biases of matches for a lens.
 pub(crate) const COMPENSATION_GAIN: f64 = 2.0;
 
-/// Part of the deviation of `t` that the weights may hide of a further correction. A larger part restarts the sums less
-/// often; a smaller one restarts them by chance.
+/// Effect of a further correction that the weights may hide, as a part of the deviation of `t`. A larger part restarts
+/// the sums less often; a smaller one restarts them by chance.
 pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
 
 /// Factor of the variances of the lens that are kept when sums are dropped. Covariances are not kept, and doubled
-/// variances bound any covariance. A larger factor makes the lens learn again; a smaller one trusts an estimate with the
-/// weights of a wrong lens.
+/// variances bound any covariance. A larger factor makes the estimator learn the lens again; a smaller one trusts an
+/// estimate that was made with the weights of a wrong lens.
 pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 
-/// Pairs before the first change of the reference; each further change doubles them, up to so many times. More pairs
-/// change it later; fewer change it by the error of a few pairs.
+/// Number of pairs before the first change of the lens reference, and number of changes up to which each change doubles
+/// the number of pairs. Larger numbers change the reference later; smaller ones change it by the error of a few pairs.
 pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
 pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
 
 /// Squared distance of the yaw of the rows from the factory yaw, over the variance of both, above which the mount has
-/// turned since: 3 in 1000 by chance. A larger limit keeps the yaw of a rig that was knocked before its first run; a
-/// smaller one takes an error of the lens for a knock.
+/// turned since. Chance exceeds it in 3 of 1000 cases. A larger limit keeps the yaw of a rig that was knocked before
+/// its first run; a smaller one takes an error of the lens for a knock.
 pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
 
 /// Standard deviation of the yaw of the rows from scene to scene (0.03 degrees): other depths and regions weigh the
 /// same lens differently. A larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
 
-/// Part of the squared turn of the rows that is added to its variance while nothing has confirmed the mount: by the
-/// chance `s^2 / 2 s_o^2`, the lens hides more of a large turn. A larger part reports too large a deviation; a smaller
-/// one trusts the lens.
+/// Part of the squared turn of the rows that is added to the variance of the yaw while nothing has confirmed the mount.
+/// The lens hides more of a large turn, with the chance `s^2 / 2 s_o^2`. A larger part reports too large a deviation; a
+/// smaller one trusts the lens.
 pub(crate) const TURNED_DOUBT: f64 = 0.5;
 
-/// Pairs after which the rows are noted; a knock is detected within them. A larger number learns the lens later; a
-/// smaller one takes a knock that is in the sums for the lens.
+/// Number of pairs after which the rows are noted; a knock is detected within this number. A larger number learns the
+/// lens later; a smaller one takes a knock that is in the sums for an error of the lens.
 pub(crate) const ROWS_LAG: u16 = 16;
 
 /// Least and largest distance of a range reading, m. Readings outside are faults of a sensor.
@@ -195,33 +201,33 @@ pub(crate) const MAX_RANGE_M: f64 = 1e5;
 /// one finds no match.
 pub(crate) const RANGE_REACH_PX: f64 = 3.0;
 
-/// Relative standard deviation of the length of the baseline. A larger value weakens near readings; a smaller one takes
-/// an error of the length for yaw.
+/// Relative standard deviation of the length of the baseline. A larger value gives less weight to near readings; a
+/// smaller one takes an error of the length for yaw.
 pub(crate) const BASELINE_LENGTH_SD: f64 = 0.005;
 
-/// Motion of the rig from tracked matches: number of matches read; steps; first scale of the loss in deviations, which
-/// halves to 1; squared residual of an inlier of three freedoms (99 %); least share of inliers. More matches and steps
-/// cost time. Larger scales and gates let outliers in; smaller ones lose a large or noisy motion. A larger share
-/// refuses more motions.
+/// Motion of the rig from tracked matches: largest number of matches read; number of steps; first scale of the loss in
+/// deviations, which halves at each step down to 1; largest squared residual of an inlier (three degrees of freedom, 99
+/// %); least share of inliers. Larger numbers of matches and steps cost time. Larger scales and gates let outliers in;
+/// smaller ones lose a large or noisy motion. A larger share refuses more motions.
 pub(crate) const MAX_TRACKED: usize = 256;
 pub(crate) const MOTION_STEPS: usize = 16;
 pub(crate) const MOTION_SCALE: f64 = 64.0;
 pub(crate) const MOTION_GATE: f64 = 11.3;
 pub(crate) const MOTION_INLIERS: f64 = 0.6;
 
-/// Prior deviation of the turn that motion shows (1.1 degrees), and disparity behind infinity of a tracked match in
-/// units of the noise of a coordinate. Larger values diverge from poor starts; smaller ones pull to the rows, and cut
-/// far points.
+/// Prior deviation of the turn that motion shows (1.1 degrees), and largest disparity behind infinity of a tracked
+/// match, in units of the noise of a coordinate. Larger values let poor starts diverge; smaller ones pull the turn to
+/// the rows, and cut far points.
 pub(crate) const MOTION_TURN_RAD: f64 = 0.02;
 pub(crate) const BEHIND_INFINITY: f64 = 10.0;
 
-/// Noise of a coordinate of a tracked match over the noise across rows. A larger factor lets outliers in and weighs
-/// motion less; a smaller one finds no motion where tracks are poorer than matches.
+/// Noise of a coordinate of a tracked match over the noise across rows. A larger factor lets outliers in and gives
+/// motion less weight; a smaller one finds no motion where tracks are poorer than matches.
 pub(crate) const TRACK_NOISE: f64 = 2.0;
 
-/// Largest number of measurements by witnesses that support a yaw. One more measurement than support it, in agreement one
-/// after the other, replaces it. A larger number follows a turn that no row shows later; a smaller one lets wrong readings
-/// replace right ones.
+/// Largest number of witness measurements that count as support of a yaw. The yaw is replaced once the consecutive
+/// contradicting measurements that agree with each other outnumber its support. A larger number delays the response to
+/// a turn that the rows do not show; a smaller one lets wrong readings replace right ones.
 pub(crate) const WITNESS_SUPPORT: u8 = 3;
 
 /// Least deviation of all witnesses together (0.015 degrees): they share the length of the baseline and the focal
@@ -240,25 +246,27 @@ pub(crate) const CALIBRATED_YAW_SD_RAD: f32 = 8.7e-4;
 /// the estimate to the factory extrinsics.
 pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;
 
-/// Multiple of its standard deviation above which an error of the lens is named. A larger limit names it later; a smaller one names it
-/// by chance.
+/// Multiple of its standard deviation above which an error of the lens is named. A larger limit names it later; a
+/// smaller one names it by chance.
 pub(crate) const LENS_FOUND: f64 = 3.0;
 
-/// Factor per pair of a followed drift in the covariance. A larger factor reports the drift longer; drift overtakes a
-/// smaller one.
+/// Factor per pair by which a followed drift fades from the covariance. A larger factor reports the drift longer; a
+/// smaller one lets the drift exceed the reported deviation.
 pub(crate) const DRIFT_DECAY: f64 = 0.9;
 
-/// Largest correction in use over the limit of the estimated correction: a baseline that is kept adds to it. A larger
-/// factor applies a rig that no estimate supports; a smaller one refuses a fit of `R` near the limit.
+/// Largest correction in use over the limit of the estimated correction; a baseline that is kept adds to the
+/// correction. A larger factor applies a rig that no estimate supports; a smaller one refuses a fit of `R` near the
+/// limit.
 pub(crate) const MAX_IN_USE: f64 = 1.5;
 
-/// Steps to the optimum of all sums, each of which squares the error of the linearisation; and the squared step after
-/// which the next one is below rounding. Larger values cost time; smaller ones leave an error.
+/// Number of steps to the optimum of all sums, each of which squares the error of the linearisation; and squared step
+/// after which the next step is below rounding. Larger values cost time; smaller ones leave an error.
 pub(crate) const OPTIMUM_STEPS: usize = 3;
 pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 
-/// Part of the least known direction's information that the last step may move into it from the best known direction. A
-/// larger part keeps information that belongs to another pose; a smaller one costs time in far scenes.
+/// Largest information that the last step may move from the best known direction into the least known one, as a part of
+/// the information on the least known one. A larger part keeps information that belongs to another pose; a smaller one
+/// costs time in far scenes.
 pub(crate) const MOVED_INFORMATION: f64 = 0.1;
 
 /// Pairs that a challenger needs to take over. A larger number follows a step later; a smaller one follows chance.
@@ -272,110 +280,116 @@ pub(crate) const MAX_FAILED: u16 = 2;
 /// larger number reports the loss later; a smaller one reports bad matches as a loss.
 pub(crate) const LOST_AFTER: u16 = 10;
 
-/// Row offset at which the truncated cost reaches 1. A larger value lets outliers in; a smaller one compares noise.
+/// Row offset at which the truncated cost reaches 1. A larger value lets outliers in; a smaller one compares poses by
+/// noise.
 pub(crate) const TRUNCATED_PX: f64 = 2.0;
 
 /// Mean truncated cost (0 to 1) by which a new pose must be better than the challenger's. A larger margin keeps a false
-/// challenger; a smaller one swaps by chance.
+/// challenger; a smaller one replaces the pose by chance.
 pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 
 /// Mean truncated cost (0 to 1) of a challenger above which poses with a turned baseline are tried; it is about the
 /// share of outliers. A larger limit locks on a wrong baseline that fits some of the matches; a smaller one costs time.
 pub(crate) const OPEN_COST: f64 = 0.4;
 
-/// Factors per pair of the short and of the long window (about 10 and 50 pairs), and pairs of the short one: it counts as
-/// so many when it replaces older ones, and the share of a crowd is a mean of so many. Larger factors see small changes
-/// later; smaller ones forget.
+/// Decay factors per pair of the short and of the long window (about 10 and 50 pairs), and number of pairs of the short
+/// window. The short window counts as this number of pairs when it replaces older pairs, and the share of a crowd is a
+/// mean over this number. Larger factors detect small changes later; smaller ones forget them.
 pub(crate) const SHORT_DECAY: f64 = 0.9;
 pub(crate) const LONG_DECAY: f64 = 0.98;
 pub(crate) const SHORT_PAIRS: u32 = 10;
 
-/// Pairs before change is detected: the least number that replaces older pairs. A larger number detects later; a
-/// smaller one leaves a weak estimate.
+/// Number of pairs before a change is detected: the least number that replaces older pairs. A larger number detects
+/// later; a smaller one leaves a weak estimate.
 pub(crate) const WARM_UP_PAIRS: u32 = 4;
 
-/// Disagreement of image halves up to which the covariance stays; chance exceeds it at 1e-3 an axis. A larger limit
-/// reports too small a deviation of biased matches; a smaller one widens healthy ones.
+/// Disagreement of image halves up to which the covariance stays; the probability that chance exceeds it is 1e-3 per
+/// axis. A larger limit reports too small a deviation for biased matches; a smaller one increases the deviation of
+/// healthy matches.
 pub(crate) const HEALTHY_DISAGREEMENT: f64 = 2.0;
 
-/// Error of the halves' first-order models after a step, in deviations of the estimate, above which they restart. A larger
-/// error compares wrong models; a smaller one forgets often.
+/// Error of the first-order models of the image halves after a step, in deviations of the estimate, above which these
+/// models restart. A larger error compares wrong models; a smaller one forgets often.
 pub(crate) const MAX_MODEL_ERROR: f64 = 0.1;
 
-/// Largest disagreement that is distinguished; its square stays finite. A larger limit overflows in `f32`; a smaller one
-/// distinguishes less.
+/// Upper bound of a disagreement of image halves; its square stays finite. A larger bound overflows in `f32`; a smaller
+/// one makes more disagreements equal.
 pub(crate) const MAX_TOLD_DISAGREEMENT: f64 = 1e4;
 
-/// Correspondences of a pair that are remembered, one for each bit of a word; and coordinate steps a pixel. Larger
-/// numbers cost memory; smaller ones make the share noisy.
+/// Number of correspondences of a pair that are remembered, one for each bit of a word; and number of coordinate steps
+/// per pixel. Larger numbers cost memory; smaller ones make the share noisy.
 pub(crate) const REMEMBERED: usize = 32;
 pub(crate) const REMEMBERED_STEPS_PER_PX: f64 = 4.0;
 
-/// Motion of each coordinate of a correspondence seen again, in steps (1.5 px), at most 15 (half a bucket). A larger
-/// limit takes slow motion for rest; a smaller one misses rest under noise.
+/// Largest motion of each coordinate of a correspondence that is seen again, in steps (6 steps are 1.5 px). It must be
+/// at most 15 steps (half a bucket). A larger limit takes slow motion for rest; a smaller one misses rest under noise.
 pub(crate) const SAME_STEPS: u16 = 6;
 
-/// Share of remembered correspondences seen again that makes a repeated scene: 0.6 to 0.8 at rest, up to 0.13 in
+/// Share of remembered correspondences seen again, above which the scene is repeated: 0.6 to 0.8 at rest, up to 0.13 in
 /// motion. A larger share counts a scene twice; a smaller one drops new scenes.
 pub(crate) const SAME_SHARE: f64 = 0.3;
 
-/// Share of remembered correspondences seen again within a step that makes a copy of the last pair. A larger share
-/// takes a copy for a measurement; a smaller one takes a scene at rest under little noise for a copy.
+/// Share of remembered correspondences seen again within a step, above which the pair is a copy of the last pair. A
+/// larger share takes a copy for a measurement; a smaller one takes a scene at rest under little noise for a copy.
 pub(crate) const COPIED_SHARE: f64 = 0.9;
 
 // Outcome.
 
-/// A cause is named once one in so many pairs without agreement shows it; every sixth pair tries a turned baseline. A
-/// larger number names chance; a smaller one names nothing.
+/// A cause is named once more than one in this number of pairs without agreement shows it; every sixth pair tries a
+/// turned baseline. A larger number names causes by chance; a smaller one misses causes.
 pub(crate) const CAUSE_SHARE: u32 = 8;
 
 /// Error of a lens in deviations of its prior beyond any calibration: the matches belong to another lens. A larger
 /// limit arms with a wrong lens; a smaller one disarms with a poorly calibrated one.
 pub(crate) const GROSS_LENS: f64 = 4.0;
 
-/// Test for depth among matches with a common motion: deviations of chance, and share of the matches, that their scores
-/// must exceed together; and matches that a restart keeps. Larger limits disarm a far scene for longer; smaller ones arm
-/// with one image on both sides, by chance or by mismatches along rows.
+/// Test for depth among matches with a common motion. The sum of their scores must exceed the first value in deviations
+/// of chance, and the second value as a share of the matches. A restart keeps the third number of matches. Larger
+/// limits disarm a far scene for longer; smaller ones arm with one image on both sides, by chance or by mismatches
+/// along rows.
 pub(crate) const RELIEF_SHOWN: f64 = 5.0;
 pub(crate) const RELIEF_SHARE: f64 = 0.05;
 pub(crate) const RELIEF_KEPT: f64 = 200.0;
 
-/// Largest difference of the motion between both images of two matches with a common motion, px. A larger limit takes a
-/// far scene for one image; a smaller one misses one image under noise.
+/// Largest difference of the motions of two matches, from the left to the right image, at which they have a common
+/// motion, px. A larger limit takes a far scene for one image; a smaller one misses one image under noise.
 pub(crate) const ALIKE_PX: f64 = 2.0;
 
 /// Disagreement of image halves above which the baseline is not applied (with exact lenses), and above which nothing is
 /// applied. Larger limits apply biased estimates; smaller ones refuse healthy estimates (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
-/// Share of a second crowd over that of the inliers, means of the last pairs, above which either may be the scene. A
-/// larger limit may apply the pose of a fence; a smaller one waits where the scene is clear.
+/// Share of a second crowd over the share of the inliers, each a mean over the last pairs, above which either crowd may
+/// be the scene. A larger limit may apply the pose of a fence; a smaller one waits where the scene is clear.
 pub(crate) const MAX_SECOND_CROWD: f64 = 0.8;
 
 /// Huber thresholds up to which a row offset enters the RMS. A larger limit lets outliers in; a smaller one hides a bad
 /// calibration.
 pub(crate) const SCREEN: f64 = 3.0;
 
-/// Noise of a coordinate up to which a row offset enters the RMS, if that is more than [`SCREEN`]: three deviations.
+/// Multiple of the noise of a coordinate up to which a row offset enters the RMS, if that is more than [`SCREEN`]:
+/// three deviations of a row offset.
 pub(crate) const SCREEN_NOISES: f64 = 4.2;
 
 /// RMS row offset, and difference of the row offsets in use and proposed, above which a matcher that searches along
 /// rows misses. A larger limit arms a misaligned rig; a smaller one refuses a usable one.
 pub(crate) const BAD_PX: f64 = 1.0;
 
-/// Levels of size that row offsets are sorted into, each twice as wide as the one before; end of the first level in
-/// screened row offsets; and levels beyond that of the median after which row offsets are clipped (4 to 8 medians).
-/// Larger values let mismatches into the RMS; smaller ones hide a few near points that are off.
+/// Number of levels of size into which row offsets are sorted, each ending at twice the end of the previous one; end of
+/// the first level, as a part of the screening threshold; and number of levels, from the level of the median on, after
+/// which row offsets are clipped (4 to 8 medians). Larger values let mismatches into the RMS; smaller ones hide a few
+/// near points that are off.
 pub(crate) const ROW_LEVELS: usize = 20;
 pub(crate) const FIRST_ROW_LEVEL: f64 = 0.01;
 pub(crate) const CLIPPED_LEVELS: u16 = 3;
 
-/// Squared distance of the calibration in use from the estimate over the covariance, above which a change is worth it:
-/// 1 % by chance. A larger limit asks for changes later; a smaller one asks by noise.
+/// Squared Mahalanobis distance of the calibration in use from the estimate, above which a change is worthwhile. Chance
+/// exceeds it in 1 % of the cases. A larger limit asks for changes later; a smaller one asks for changes because of
+/// noise.
 pub(crate) const SIGNIFICANT_CHANGE: f64 = 15.1;
 
-/// RMS row offset of the proposal over that in use, below which a change is worth it. A larger ratio asks for changes
-/// by noise; a smaller one misses real changes.
+/// RMS row offset of the proposal over that in use, below which a change is worthwhile. A larger ratio asks for changes
+/// because of noise; a smaller one misses real changes.
 pub(crate) const IMPROVEMENT: f64 = 0.9;
 
 #[cfg(feature = "paper")]

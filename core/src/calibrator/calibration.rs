@@ -1,4 +1,4 @@
-//! Calibrations: extrinsics with the cameras that they belong to, and when the cameras are corrected.
+//! Calibrations (extrinsics with the cameras that they belong to), and the correction of the cameras.
 
 use core::fmt;
 
@@ -19,26 +19,26 @@ use crate::scalar::Scalar;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Calibration<T: Scalar> {
-    /// The cameras as given, or corrected with [`crate::LensTracking::Compensate`].
+    /// The cameras as given; with [`crate::LensTracking::Compensate`] they may be corrected.
     pub cameras: Cameras<T>,
     /// `p_r = R p_l + t`.
     pub extrinsics: Extrinsics<T>,
-    /// Number that changes exactly when the calibration in use does; wraps around.
+    /// Number that changes whenever the calibration in use changes, and only then; wraps around.
     pub generation: u32,
 }
 
 impl<T: Scalar> fmt::Display for Calibration<T> {
-    /// The extrinsics.
+    /// Writes the extrinsics.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         self.extrinsics.fmt(f)
     }
 }
 
 impl<T: Scalar> Calibration<T> {
-    /// The common camera of both rectified images, and the homographies `[H_l, H_r]` of eq 5 that lead to it: undistorted
-    /// pixels of each camera to rectified pixels, homogeneous.
+    /// Returns the common camera of both rectified images, and the homographies `[H_l, H_r]` of eq 5. They map
+    /// homogeneous undistorted pixels of each camera to rectified pixels.
     ///
-    /// * `alpha`: 0 leaves no pixel without image, 1 shows all of both images.
+    /// * `alpha`: zoom, 0 to 1. 0 leaves no rectified pixel without image; 1 shows both images entirely.
     ///
     /// # Errors
     /// [`RectifyError`].
@@ -53,23 +53,24 @@ impl<T: Scalar> Calibration<T> {
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// The calibration in use: at first that of the factory. Load the rectifier with it at start, and again whenever its
-    /// generation has changed.
+    /// Returns the calibration in use; at first this is the factory calibration. Load the rectifier with it at start,
+    /// and again whenever its generation has changed.
     pub fn in_use(&self) -> Calibration<T> {
         // A calibration whose cameras are out of range is never put into use.
         let cameras = self.cameras_of(&self.in_use).unwrap_or(self.factory.cameras);
         Calibration { cameras, extrinsics: self.in_use.extrinsics, generation: self.generation }
     }
 
-    /// The corrected cameras that extrinsics belong to.
+    /// Returns the cameras that the extrinsics belong to; `None` if the correction puts them out of range.
     #[inline(never)]
     fn cameras_of(&self, of: &CorrectedExtrinsics<T>) -> Option<Cameras<T>> {
         let given = self.factory.cameras;
-        // As given, bit for bit.
+        // Without a correction the cameras stay as given, bit for bit.
         if of.correction.is_none() { Some(given) } else { given.corrected(&of.correction).ok() }
     }
 
-    /// Begins again with corrected lens models where that makes the estimate more certain. Returns whether it did.
+    /// Begins the estimate again with corrected lens models, if that makes it more certain. Returns whether it began
+    /// again.
     #[inline(never)]
     pub(super) fn correct_lens(&mut self) -> bool {
         let Some((reference, corrected)) = self.next_lens() else { return false };
@@ -79,7 +80,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         true
     }
 
-    /// The corrected lens, and its cameras.
+    /// Returns the corrected lens to begin again with, and the cameras that belong to it.
     fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
         let context = self.estimator.context(&self.config, &self.factory);
         let reference = self.estimator.next_reference(&context)?;
@@ -87,10 +88,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Some((reference, corrected))
     }
 
-    /// Puts a calibration into use and keeps the one before.
+    /// Puts a calibration into use, and keeps the previous one for [`Calibrator::undo`].
     ///
     /// # Errors
-    /// [`ApplyError::Inconsistent`] where no cameras belong to it; nothing changes.
+    /// [`ApplyError::Inconsistent`]: the cameras of the calibration are out of range; nothing changes.
     #[inline(never)]
     pub(super) fn put_into_use(
         &mut self,

@@ -41,7 +41,7 @@ macro_rules! dispatch {
 }
 
 impl<T: Scalar> Estimator<T> {
-    /// A state without pairs.
+    /// Returns a state without pairs.
     ///
     /// * `is_calibrated`: whether a calibration measured the factory extrinsics.
     #[inline(always)]
@@ -53,7 +53,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Context of a call.
+    /// Returns the context of a call: configuration, rig and vibration.
     #[inline(never)]
     pub(crate) fn context<'a>(
         &self,
@@ -65,7 +65,8 @@ impl<T: Scalar> Estimator<T> {
         context.knowing_yaw(factory.yaw_sd_rad).vibrating(self.vibration())
     }
 
-    /// Pose of the reported estimate by rows, and its yaw.
+    /// Returns the pose that the row offsets give to the reported estimate, and the yaw of that pose; `None` without an
+    /// estimate and in the paper preset.
     pub(crate) fn rows(
         &self,
         context: &Context<'_, T>,
@@ -77,7 +78,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// The mount yaw, for a witness to update.
+    /// Returns the mount yaw, which a witness updates; `None` in the paper preset.
     #[cfg_attr(
         not(feature = "paper"),
         expect(clippy::unnecessary_wraps, reason = "the paper preset has no mount yaw")
@@ -95,7 +96,7 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.reset());
     }
 
-    /// Whether the lengths are within their capacities.
+    /// Returns whether the lengths are within their capacities.
     pub(crate) fn is_within(&self) -> bool {
         match self {
             #[cfg(feature = "paper")]
@@ -109,10 +110,10 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.discard());
     }
 
-    /// Begins a batch, with its first pass.
+    /// Begins to solve a batch, and takes its first pass.
     ///
     /// # Errors
-    /// [`Rejection`]; there is no pair then.
+    /// [`Rejection`]; no pair is being solved then.
     #[inline(never)]
     pub(crate) fn begin(
         &mut self,
@@ -122,9 +123,9 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.begin(context, matches))
     }
 
-    /// Takes one more pass; true once the pair is solved.
+    /// Takes one more pass; returns whether the pair is solved.
     ///
-    /// * `frozen`: whether a pair that fails does not count against the estimate.
+    /// * `frozen`: if true, a pair that fails does not count against the estimate.
     ///
     /// # Errors
     /// [`Rejection`]; the batch is abandoned.
@@ -142,7 +143,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Report of the solved pair.
+    /// Returns the report of the solved pair.
     ///
     /// # Errors
     /// [`Rejection`]; there is no pair to fuse then.
@@ -160,7 +161,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Fuses the solved pair, once.
+    /// Fuses the solved pair. A pair is fused at most once.
     ///
     /// # Errors
     /// [`Rejection`]; the estimate is unchanged.
@@ -169,7 +170,7 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.fuse(context))
     }
 
-    /// Whether the last pair showed the scene of the one before.
+    /// Returns whether the last pair showed the same scene as the pair before it.
     pub(crate) fn is_repeated(&self) -> bool {
         match self {
             #[cfg(feature = "paper")]
@@ -178,7 +179,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Correction of the cameras with which the batch is undistorted.
+    /// Returns the correction of the cameras that undistort the batch.
     pub(crate) fn correction(&self) -> LensCorrection<T> {
         match self {
             #[cfg(feature = "paper")]
@@ -187,7 +188,8 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// The corrected lens to begin again with, if it makes the estimate more certain ([`crate::LensTracking::Compensate`]).
+    /// Returns the corrected lens to begin again with, if it makes the estimate more certain
+    /// ([`crate::LensTracking::Compensate`]).
     #[inline(never)]
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         match self {
@@ -206,12 +208,12 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Whether a pair supports the estimate.
+    /// Returns whether a pair supports the estimate.
     pub(crate) fn has_pairs(&self) -> bool {
         dispatch!(self, state => state.has_pairs())
     }
 
-    /// Noise of a coordinate, px; 0 before the first pair and in the paper preset.
+    /// Returns the noise of a coordinate (standard deviation), px; 0 before the first pair and in the paper preset.
     pub(crate) fn noise(&self) -> T {
         match self {
             #[cfg(feature = "paper")]
@@ -220,7 +222,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Variances of each pair about the estimate, rad^2.
+    /// Returns the variances of single pairs about the estimate, rad^2.
     pub(crate) fn vibration(&self) -> BlockVariances<T> {
         match self {
             #[cfg(feature = "paper")]
@@ -229,12 +231,12 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// State of the estimate.
+    /// Returns the state of the estimate.
     pub(crate) fn state(&self) -> State {
         dispatch!(self, state => state.state())
     }
 
-    /// The estimate that a record keeps; `None` without one and in the paper preset.
+    /// Returns the estimate that a record keeps; `None` without an estimate and in the paper preset.
     pub(crate) fn place(&self, context: &Context<'_, T>) -> Option<Place<T>> {
         match self {
             #[cfg(feature = "paper")]
@@ -243,7 +245,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Fills in the prior that a record keeps; nothing in the paper preset.
+    /// Fills in the prior that a record keeps; does nothing in the paper preset.
     pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
         match self {
             #[cfg(feature = "paper")]
@@ -252,7 +254,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// The knowledge of the lens that a record keeps.
+    /// Returns the knowledge of the lens that a record keeps.
     pub(crate) fn learned_lens(&self, context: &Context<'_, T>) -> LensReference<T> {
         match self {
             #[cfg(feature = "paper")]
@@ -270,7 +272,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Whether the lens of the estimate has a finite solution.
+    /// Returns whether the lens of the estimate has a finite solution.
     pub(crate) fn has_lens(&self, context: &Context<'_, T>) -> bool {
         match self {
             #[cfg(feature = "paper")]
@@ -279,9 +281,9 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// The estimate; `None` before the first pair.
+    /// Returns the estimate; `None` before the first pair.
     ///
-    /// * `in_use`: source of the baseline where the pairs do not determine it.
+    /// * `in_use`: calibration in use, the source of the baseline if the pairs do not determine it.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,

@@ -1,4 +1,4 @@
-//! Steps of a pair: passes of the solver, then fusion, one a call.
+//! Steps of a pair, one per call: first the passes of the solver, then the fusion.
 
 use super::Calibrator;
 use crate::config::LensTracking;
@@ -8,33 +8,35 @@ use crate::outcome::pair_report::{Fused, Outcome, PairReport};
 use crate::scalar::Scalar;
 use crate::state::State;
 
-/// Where the pair of the batch is.
+/// Progress of the pair in the batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Step {
-    /// Its matches arrive.
+    /// Matches arrive.
     Collecting,
-    /// Passes are taken.
+    /// The solver takes passes.
     Solving,
-    /// It has been solved, and is fused next.
+    /// The pair is solved; the next step fuses it.
     Solved,
-    /// It has an outcome. Only health and witnesses read its matches.
+    /// The pair has an outcome. Only health and witnesses still read its matches.
     Ended,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Takes one step of the pair, and returns its outcome once it has ended. The first step begins with the matches pushed
-    /// so far, each further step takes a pass, and the last one fuses the result: at most
-    /// [`crate::Config::with_max_passes`] steps and three more.
+    /// Takes one step of the pair; returns the outcome once the pair has ended. The first step begins with the matches
+    /// pushed so far, each further step takes one pass, and the last step fuses the result. If
+    /// [`crate::Config::with_max_passes`] allows nine passes or more, a pair takes at most three steps more than this
+    /// limit.
     ///
-    /// The calibration in use never changes. A rejected pair leaves the extrinsics of a confirmed estimate as they are; after
-    /// [`Rejection::Disagrees`] its deviations may be wider, because the pair may show a vibration. A pair that is rejected
-    /// as [`Rejection::TooFew`], [`Rejection::TooUncertain`] or [`Rejection::Frozen`] does not count against the estimate,
-    /// nor does any pair in the paper preset. Any other rejected pair counts against each estimate that it was compared
-    /// with:
-    /// - a locked estimate becomes [`State::Suspect`], after ten such pairs in a row [`State::Lost`]; the next pair
-    ///   that agrees with it locks it again;
-    /// - a challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs, and more
-    ///   than half as many as support it, disagree: [`Calibrator::proposal`] is then `None` until a pair is fused.
+    /// The calibration in use never changes. A rejected pair does not change the extrinsics of a confirmed estimate.
+    /// After [`Rejection::Disagrees`] the standard deviations of the estimate may be larger, because the pair may show
+    /// a vibration. A pair that is rejected as [`Rejection::TooFew`], [`Rejection::TooUncertain`] or
+    /// [`Rejection::Frozen`] does not count against the estimate. In the paper preset no pair counts against it. Any
+    /// other rejected pair counts against each estimate that it was compared with:
+    /// - A locked estimate becomes [`State::Suspect`], and [`State::Lost`] after ten such pairs in a row. The next pair
+    ///   that agrees with the estimate locks it again.
+    /// - A challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs disagree
+    ///   with it and their number exceeds half the number of its supporting pairs. If no estimate remains,
+    ///   [`Calibrator::proposal`] is `None` until a pair is fused.
     pub fn advance_pair(&mut self) -> Option<Outcome<T>> {
         match self.step {
             Step::Collecting | Step::Ended => self.begin(),
@@ -43,11 +45,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    // Out of line: the stack of a step is free again after it.
+    // Out of line, so that the stack of this step is free again after it.
     #[inline(never)]
     fn begin(&mut self) -> Option<Outcome<T>> {
         if self.step == Step::Ended {
-            // A pair counts once.
+            // A pair that has ended is not solved again.
             self.discard_pair();
         }
         let context = self.estimator.context(&self.config, &self.factory);
@@ -85,8 +87,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.report(&context, self.batch.pairs())
     }
 
-    /// Ends a pair that could not be solved, and counts the mistake that it shows. Keeps the matches of a frame that is still
-    /// arriving.
+    /// Ends a pair that could not be solved, and counts the mistake that it shows. Keeps the matches of a frame that is
+    /// still arriving.
     pub(super) fn unsolved(&mut self, why: Rejection) -> Outcome<T> {
         if !self.batch.is_arriving() {
             self.step = Step::Ended;

@@ -1,4 +1,4 @@
-//! Witnesses of the mount yaw: measurements that tell it from the apparent yaw of the lens.
+//! Witnesses of the mount yaw: measurements that separate it from the apparent yaw of the lens.
 
 use core::fmt::Debug;
 
@@ -14,8 +14,8 @@ use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{LENS_FOUND, MAX_CONFIRMED_YAW_RAD, RANGE_REACH_PX, TRACK_NOISE};
 
-/// A measurement that tells the mount yaw from the apparent yaw of the lens; [`Calibrator::push_witness`] adds it. The
-/// trait is sealed.
+/// A measurement that separates the mount yaw from the apparent yaw of the lens. [`Calibrator::push_witness`] adds it.
+/// The trait is sealed.
 pub trait Witness<T: Scalar>: sealed::Witness<T> {}
 
 impl<T: Scalar, W: sealed::Witness<T>> Witness<T> for W {}
@@ -24,7 +24,7 @@ mod sealed {
     use super::{Calibrator, Debug, Scalar, Witnessed};
 
     pub trait Witness<T: Scalar> {
-        /// Why it was not taken.
+        /// Why the measurement was not taken.
         type Error: Debug;
 
         fn add_to<const N: usize>(
@@ -35,21 +35,23 @@ mod sealed {
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Adds a witness of the mount yaw, once the pair that shows it has ended and before the next one.
+    /// Adds a witness of the mount yaw. Call it after the end of the pair that shows the measurement, and before the
+    /// next pair.
     ///
-    /// * `&RangeReading`: a point of known distance. Its own match ([`RangeReading::right`]), or else the nearest match
-    ///   within 3 px in the left image, gives the yaw. The match must fit the estimate. Five readings of 1 %, or ten of
-    ///   3 %, are enough. At most one pass over the batch.
-    /// * `&[[RayPair; 2]]`: matches that were tracked from an earlier pair to the last one while the rig moved: rays of
-    ///   both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by several lengths of
-    ///   its baseline (2 to 6 m of a vehicle); up to 256 matches are read, 17 times.
-    /// * `&mut Tracks`: those that an earlier frame and that of the last pair share ([`Tracks::quads`]). After a
-    ///   measurement the last frame is the earlier one; until the rig has moved far enough, later frames are joined to
-    ///   the same one.
+    /// * `&RangeReading`: a point of known distance. Its own match ([`RangeReading::right`]) gives the yaw. Without
+    ///   one, the nearest match within 3 px in the left image gives it. The match must fit the estimate. Five readings
+    ///   with an error of 1 %, or ten with an error of 3 %, are enough. Takes at most one pass over the batch.
+    /// * `&[[RayPair; 2]]`: matches that were tracked from an earlier pair to the last pair while the rig moved. Each
+    ///   has the rays of both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by
+    ///   several baseline lengths (2 to 6 m for a vehicle). Up to 256 matches are read, 17 times each.
+    /// * `&mut Tracks`: the tracked matches that an earlier frame and the frame of the last pair share
+    ///   ([`Tracks::quads`]). Each frame is joined to the same earlier frame until the rig has moved far enough for a
+    ///   measurement. Then the last frame becomes the earlier frame.
     ///
-    /// A witness that contradicts the yaw so far waits ([`Witnessed::Waiting`]) until more of its kind in a row agree with
-    /// it than support that yaw, of which three count. [`crate::Health::contradicting_ranges`] and
-    /// [`crate::Health::contradicting_motions`] count those that wait, and those that are refused.
+    /// A witness that contradicts the present yaw waits ([`Witnessed::Waiting`]). The present yaw is replaced once more
+    /// contradicting witnesses in a row agree with each other than support it: at least two, at most four.
+    /// [`crate::Health::contradicting_ranges`] and [`crate::Health::contradicting_motions`] count the witnesses that
+    /// wait and the witnesses that are refused.
     ///
     /// # Errors
     /// [`RangeError`] or [`MotionError`]; the estimate is unchanged. With [`Tracks`], [`MotionError::NoMotion`] and
@@ -137,7 +139,7 @@ impl<T: Scalar> sealed::Witness<T> for &RangeReading<T> {
     }
 }
 
-/// Counts a measurement that is refused or waits, because it contradicts the yaw.
+/// Counts a measurement that contradicts the yaw: it is refused, or it waits.
 fn count_contradiction(count: &mut u16, witnessed: Option<Witnessed>) {
     let contradicts = witnessed != Some(Witnessed::Taken);
     *count = count.saturating_add(contradicts.into());

@@ -16,15 +16,15 @@ use crate::thresholds::{CALIBRATED_YAW_SD_RAD, MAX_IN_USE};
 pub(crate) struct Context<'a, T: Scalar> {
     pub(crate) config: &'a Config,
     pub(crate) factory: &'a Extrinsics<T>,
-    /// Standard deviation of their yaw, rad; `None` where they are a guess.
+    /// Standard deviation of the yaw of the factory extrinsics, rad; `None` if they are a guess.
     pub(crate) factory_yaw_sd_rad: Option<f32>,
     /// Mean focal length of the cameras, px.
     pub(crate) focal: T,
     /// Rectifying rotations of the factory extrinsics.
     pub(crate) factory_pose: RectifyingRotations<T>,
-    /// Information on each unknown about the factory extrinsics, 1/rad^2.
+    /// Information of the factory extrinsics on each unknown, 1/rad^2.
     pub(crate) prior: T,
-    /// Variances of each pair about the mean rig, rad^2.
+    /// Variances of single pairs about the mean rig, rad^2.
     pub(crate) vibration: BlockVariances<T>,
 }
 
@@ -36,56 +36,57 @@ impl<'a, T: Scalar> Context<'a, T> {
         Self { config, factory, factory_yaw_sd_rad, focal, factory_pose, prior, vibration }
     }
 
-    /// With the standard deviation of the factory yaw.
+    /// Returns the context with the standard deviation of the factory yaw, rad; `None` for an unknown yaw.
     pub(crate) fn knowing_yaw(self, factory_yaw_sd_rad: Option<f32>) -> Self {
         Self { factory_yaw_sd_rad, ..self }
     }
 
-    /// With the variances of a vibration.
+    /// Returns the context with the variances of a vibration.
     pub(crate) fn vibrating(self, vibration: BlockVariances<T>) -> Self {
         Self { vibration, ..self }
     }
 
-    /// Standard deviations of the lens parameters, in the order of the lens terms.
+    /// Returns the standard deviations of the lens parameters, in the order of the lens terms.
     pub(crate) fn lens_prior(&self) -> [T; LENS_PARAMETERS] {
         self.config.lens_prior.of_terms(self.focal)
     }
 
-    /// Whether the lens is uncertain.
+    /// Returns whether the lens is uncertain.
     pub(crate) fn has_lens_prior(&self) -> bool {
         self.lens_prior().iter().any(|sd| *sd > T::ZERO)
     }
 
-    /// Variances of the factory yaw, where it is known, and of the apparent yaw of the lens, rad^2.
+    /// Returns the variances of the factory yaw (`None` if it is unknown) and of the apparent yaw of the lens, rad^2.
     pub(crate) fn yaw_variances(&self) -> (Option<T>, T) {
         let square = |sd: f32| T::single(sd) * T::single(sd);
         let lens_yaw_sd_rad = self.config.lens_yaw_sd_rad;
-        // With exact lenses the rows tell the yaw.
+        // With exact lenses the rows determine the yaw.
         if !self.has_lens_prior() {
             return (None, T::ZERO);
         }
         (self.factory_yaw_sd_rad.map(square), square(lens_yaw_sd_rad))
     }
 
-    /// Factor of the sums over `pairs` pairs when another one is added: below 1 once the memory is full.
+    /// Returns the factor that multiplies the sums over `pairs` pairs when a further pair is added; it is below 1 once
+    /// the memory is full.
     pub(crate) fn fading(&self, pairs: u32) -> T {
         let memory = self.config.memory_pairs;
         if pairs >= memory { T::ONE - T::ONE / T::count(memory) } else { T::ONE }
     }
 
-    /// Adds the prior about the factory extrinsics to a model at a pose.
+    /// Adds the prior at the factory extrinsics to the normal equations at a pose.
     pub(crate) fn add_prior(&self, pose: &RectifyingRotations<T>, normal: &mut NormalEquations<T>) {
         normal.information.0.add_diagonal(self.prior);
         normal.gradient -= pose.unknowns_to(&self.factory_pose) * self.prior;
     }
 
-    /// Whether extrinsics are within the correction limit of the factory extrinsics.
+    /// Returns whether extrinsics are within the correction limit of the factory extrinsics.
     pub(crate) fn allows(&self, found: &Extrinsics<T>) -> bool {
         self.allows_times(T::ONE, found)
     }
 
-    /// Whether extrinsics may be in use. The limit is wider than that of an estimate: keeping the baseline in use moves the
-    /// applied extrinsics away from the estimate.
+    /// Returns whether extrinsics may be in use. The limit is wider than the limit of an estimate, because keeping the
+    /// baseline in use moves the applied extrinsics away from the estimate.
     pub(crate) fn allows_in_use(&self, found: &Extrinsics<T>) -> bool {
         self.allows_times(T::lit(MAX_IN_USE), found)
     }

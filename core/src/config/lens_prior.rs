@@ -1,35 +1,35 @@
-//! How far the given lens models may be off.
+//! Uncertainty of the given lens models.
 
 use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::scalar::Scalar;
 
-/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact.
+/// Standard deviations of the lens parameters of each camera; 0 takes a parameter as exact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LensPrior {
-    /// Focal length, relative.
+    /// Relative focal length.
     pub focal: f32,
-    /// Principal point, each coordinate, px.
+    /// Each coordinate of the principal point, px.
     pub principal_px: f32,
     /// Radial coefficient `k1`.
     pub k1: f32,
-    /// Tangential coefficient `p1` of the right camera minus that of the left one.
+    /// Tangential coefficient `p1` of the right camera minus the one of the left camera.
     pub p1: f32,
     /// Part of the tangential coefficient `p2` of the right camera that turns the baseline.
-    /// [`super::Config::with_lens_yaw_sd_rad`] has the apparent yaw that it causes.
+    /// [`super::Config::with_lens_yaw_sd_rad`] sets the apparent yaw that this causes.
     pub p2: f32,
 }
 
 impl LensPrior {
-    /// Errors of a calibration that is a year old: two calibrations of one camera differ by as much.
+    /// Errors of a year-old calibration: two calibrations of the same camera differ by this much.
     pub const WIDE: Self =
         Self { focal: 0.003, principal_px: 1.0, k1: 0.005, p1: 0.001, p2: 0.000_25 };
 
     /// Exact lens models.
     pub const NONE: Self = Self { focal: 0.0, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0 };
 
-    /// Standard deviations of the lens parameters, in the order of the lens terms.
+    /// Returns the standard deviations of the lens parameters, in the order of the lens terms.
     ///
     /// * `focal`: mean focal length of the cameras, px.
     pub(super) fn of_terms<T: Scalar>(&self, focal: T) -> [T; LENS_PARAMETERS] {
@@ -39,7 +39,7 @@ impl LensPrior {
         [scale, scale, principal, principal, principal, principal, k1, k1, p1]
     }
 
-    /// Whether each is finite and within the range of [`super::Config::with_lens_prior`].
+    /// Returns whether each value is finite and within the range of [`super::Config::with_lens_prior`].
     pub(super) const fn is_valid(&self) -> bool {
         const fn within(sd: f32, most: f32) -> bool {
             sd >= 0.0 && sd <= most

@@ -5,11 +5,12 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LensTracking {
-    /// They are estimated, named, and widen the deviations. The extrinsics belong to the given lens models.
+    /// Errors are estimated and reported, and they increase the reported deviations. The extrinsics belong to the given
+    /// lens models.
     Report,
-    /// Differences of focal length and of `k1` are compensated, where that halves the deviation of `t`: the estimate
-    /// begins again with corrected cameras ([`crate::Fused::LensCorrected`]), and extrinsics belong to these
-    /// ([`crate::Calibration`]). For callers who rectify with [`crate::Calibration::cameras`].
+    /// Differences of the focal lengths and of `k1` are compensated if that halves the standard deviation of `t`. The
+    /// estimate then begins again with corrected cameras ([`crate::Fused::LensCorrected`]), and the extrinsics belong
+    /// to these cameras ([`crate::Calibration`]). This is for callers who rectify with [`crate::Calibration::cameras`].
     Compensate,
 }
 

@@ -1,20 +1,20 @@
-//! Parameters of the published method alone.
+//! Parameters that only the published method has.
 
 use crate::error::ConfigError;
 
-/// Central tendency of the angles of the pairs' rotations, `s*` of eq 22.
+/// Central tendency `s*` of the rotation angles of the pairs (eq 22).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Central {
     /// Arithmetic mean: efficient where no pair is grossly wrong.
     Mean,
-    /// Median: unmoved by a minority of wrong pairs; exact up to 31 pairs, then a streaming
-    /// estimate in constant memory.
+    /// Median: a minority of wrong pairs does not move it. It is exact up to 31 pairs, then a streaming estimate in
+    /// constant memory.
     Median,
 }
 
-/// Parameters of the published method alone: [`crate::Config::with_paper`].
+/// Parameters that only the published method has: [`crate::Config::with_paper`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -29,12 +29,12 @@ impl Settings {
     pub const DEFAULT: Self =
         Self { step_tolerance_rad: 1e-9, angle: Central::Mean, max_sd_rad: 0.12 };
 
-    /// The solver has converged when its step is below this, rad. Default 1e-9.
+    /// Sets the step tolerance, rad: the solver has converged when its step is below it. Default 1e-9.
     ///
-    /// Never taken as smaller than 8 units in the last place of 1: 1e-6 rad in `f32`.
+    /// The solver uses at least 8 units in the last place of 1: 1e-6 rad in `f32`.
     ///
     /// # Errors
-    /// [`ConfigError::StepTolerance`] unless from 0 to 0.1.
+    /// [`ConfigError::StepTolerance`] if the value is outside 0 to 0.1.
     pub const fn with_step_tolerance_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
         if rad >= 0.0 && rad <= 0.1 {
             self.step_tolerance_rad = rad;
@@ -44,17 +44,18 @@ impl Settings {
         }
     }
 
-    /// Mean or median of the angles in fusion (eq 22). Default mean.
+    /// Sets the average of the rotation angles in fusion (eq 22): mean or median. Default mean.
     #[must_use]
     pub const fn with_angle(mut self, angle: Central) -> Self {
         self.angle = angle;
         self
     }
 
-    /// The gate refuses a pair whose weakest direction has a larger standard deviation than this, rad. Default 0.12.
+    /// Sets the largest standard deviation of the weakest direction of a pair, rad. The gate refuses pairs above it.
+    /// Default 0.12.
     ///
     /// # Errors
-    /// [`ConfigError::MaxStandardDeviation`] unless finite and above 0.
+    /// [`ConfigError::MaxStandardDeviation`] unless the value is finite and above 0.
     pub const fn with_max_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
         if rad > 0.0 && rad.is_finite() {
             self.max_sd_rad = rad;
@@ -64,7 +65,7 @@ impl Settings {
         }
     }
 
-    /// The same parameters, if each is within its range.
+    /// Returns the same parameters, if each is within its range.
     #[cfg(feature = "serde")]
     pub(crate) fn checked(self) -> Result<Self, ConfigError> {
         self.with_step_tolerance_rad(self.step_tolerance_rad)?.with_max_sd_rad(self.max_sd_rad)

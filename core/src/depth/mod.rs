@@ -1,12 +1,12 @@
-//! Yaw of the mount, apart from the apparent yaw of the lens (`ESTIMATOR.md`, section 20). Depth needs it, and rows
-//! cannot tell it.
+//! Yaw of the mount, separated from the apparent yaw of the lens (`ESTIMATOR.md`, section 20). Depth needs the yaw of
+//! the mount, and row offsets alone cannot determine it.
 //!
-//! Rows measure the sum of both. The mount is as the factory calibration says until the rig changes; the lens stays as
-//! it is. A *witness* measures the mount alone.
+//! Row offsets measure the sum of the two yaws. Until the rig changes, the yaw of the mount is the factory yaw. The yaw
+//! of the lens does not change. A *witness* measures the mount alone.
 //!
-//! - `yaw`: the two numbers and their covariance. `mount`: the knowledge of them beside the sums of the pairs.
+//! - `yaw`: the two yaws and their covariance. `mount`: their estimate apart from the sums over the pairs.
 //! - `range`: the witness of a known distance. `motion`: the witness of tracked matches of a moving rig.
-//! - `tracks`: the tracked matches of two frames, joined.
+//! - `tracks`: joins the tracked matches of two frames.
 
 pub(crate) mod motion;
 pub(crate) mod mount;

@@ -1,9 +1,10 @@
-//! Witness of rigid motion: with a wrong yaw near and far points seem to move by different motions (`ESTIMATOR.md`,
+//! Witness of rigid motion: with a wrong yaw, near and far points seem to move by different motions (`ESTIMATOR.md`,
 //! section 20).
 //!
-//! A tracked match has four views. Its first pair gives a point; the motion of the rig predicts its place in the second
-//! pair, where column, row and disparity are compared. The unknowns are rotation and translation of the rig, and the
-//! turn of the mount, which adds the same to all disparities.
+//! A tracked match has four views. The two views in the first pair give a point. The motion of the rig predicts column,
+//! row and disparity of this point in the second pair, where they are compared with the other two views. The unknowns
+//! are the rotation and translation of the rig, and the turn of the mount, which adds nearly the same to all
+//! disparities.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -19,7 +20,7 @@ use crate::thresholds::{
 
 /// Unknowns: rotation (3), translation (3), turn of the mount.
 const UNKNOWNS: usize = 7;
-/// Columns of a row of equations: unknowns, then the residual.
+/// Number of columns of an equation: its unknowns, then its residual.
 const COLUMNS: usize = UNKNOWNS + 1;
 
 /// Motion of the rig between two pairs, and the turn of the mount that it shows.
@@ -34,9 +35,9 @@ struct Motion<T: Scalar> {
 /// The turn of the mount that the motion of the rig shows.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct TurnByMotion<T> {
-    /// Turn from the pose, rad.
+    /// Turn of the mount from the pose, rad.
     pub(crate) turn: T,
-    /// Variance, rad^2.
+    /// Variance of the turn, rad^2.
     pub(crate) variance: T,
 }
 
@@ -45,16 +46,17 @@ struct Sums<T> {
     /// Normal equations, each with its right-hand side.
     rows: [[T; COLUMNS]; UNKNOWNS],
     inliers: [u32; 2],
-    /// Squared residuals of the inliers over their variances.
+    /// Sum of the squared residuals of the inliers over their variances.
     squared: T,
 }
 
 impl<T: Scalar> TurnByMotion<T> {
-    /// * `pose`: pose of the rows, and `correction`: of the cameras that it belongs to.
-    /// * `tracked`: rays of a match in the first and in the second pair, in the cameras as given.
-    /// * `noise`: standard deviation of a coordinate at unit depth.
+    /// Returns the turn of the mount that tracked matches show; `None` if the matches agree on no motion.
     ///
-    /// `None` if the matches agree on no motion.
+    /// * `pose`: rectifying rotations that the row offsets give.
+    /// * `correction`: correction of the cameras that the pose belongs to.
+    /// * `tracked`: rays of each match in the first and in the second pair, in the cameras as given.
+    /// * `noise`: standard deviation of a coordinate at unit depth.
     #[inline(never)]
     pub(crate) fn of(
         pose: &RectifyingRotations<T>,
@@ -97,7 +99,10 @@ impl<T: Scalar> Motion<T> {
         })
     }
 
-    /// * `scale`: scale of the loss, deviations.
+    /// Returns the sums over the tracked matches at this motion.
+    ///
+    /// * `noise`: standard deviation of a coordinate at unit depth.
+    /// * `scale`: scale of the loss, in standard deviations.
     fn sums(
         &self,
         frame: &Frame<'_, T>,
@@ -107,14 +112,14 @@ impl<T: Scalar> Motion<T> {
     ) -> Sums<T> {
         let mut sums =
             Sums { rows: [[T::ZERO; COLUMNS]; UNKNOWNS], inliers: [0; 2], squared: T::ZERO };
-        // Damping, and the turn's own prior, because no mount turns by more than a few degrees.
+        // Damping for all unknowns, and a prior for the turn, because no mount turns by more than a few degrees.
         let prior = T::ONE / T::lit(MOTION_TURN_RAD * MOTION_TURN_RAD);
         for (i, row) in sums.rows.iter_mut().enumerate() {
             row.iter_mut().skip(i).take(1).for_each(|own| *own = T::ONE);
         }
         let [.., [.., own, right]] = &mut sums.rows;
         (*own, *right) = (prior, -prior * self.turn);
-        // The matches read are spread over all: a tracker may sort them by column.
+        // The matches that are read are spread over the whole list, because a tracker may sort it by column.
         let step = tracked.len().div_ceil(MAX_TRACKED).max(1);
         for [before, after] in tracked.iter().step_by(step) {
             let views = frame.view(before).zip(frame.view(after));
@@ -124,13 +129,13 @@ impl<T: Scalar> Motion<T> {
         sums
     }
 
-    /// Whitened equations of a tracked match: three rows.
+    /// Returns the three whitened equations of a tracked match; `None` if its point is not in front of the camera.
     fn seen(&self, one: &View<T>, two: &View<T>, noise: T) -> Option<[[T; COLUMNS]; 3]> {
         let depth = one.disparity + self.turn * one.slope();
         let turned = self.rotation * one.ray();
         let moved = turned + self.translation * depth;
         let z = moved.z;
-        // Behind the camera, or behind infinity by more than noise.
+        // The point is behind the camera, or behind infinity by more than noise.
         if !(z > T::lit(MIN_DEPTH) && depth > -noise * T::lit(BEHIND_INFINITY)) {
             return None;
         }
@@ -139,7 +144,7 @@ impl<T: Scalar> Motion<T> {
         let by = |w: &Vector3<T>| Vector3::new(w.x - u * w.z, w.y - v * w.z, -d * w.z) / z;
         let by_depth = by(&self.translation) + Vector3::z() / z;
         let off = Vector3::new(two.x - u, two.y - v, two.disparity + self.turn * two.slope() - d);
-        // Noise of the second pair, then of the first: an error of a left column changes the disparity too.
+        // Noise of the second pair, then of the first pair. An error of a left column changes the disparity, too.
         let mut covariance = Matrix3::new(
             T::ONE,
             T::ZERO,
@@ -196,14 +201,14 @@ impl<T: Scalar> Sums<T> {
     }
 }
 
-/// The rectified frame, and the change of the right rays to the cameras that it belongs to.
+/// Rectified frame, and the change of right rays to the cameras that the frame belongs to.
 struct Frame<'a, T: Scalar> {
     pose: &'a RectifyingRotations<T>,
     change: RayChange<T>,
 }
 
 impl<T: Scalar> Frame<'_, T> {
-    /// `None` if the point is behind a camera.
+    /// Returns the rectified match; `None` if the point is behind a camera.
     fn view(&self, pair: &RayPair<T>) -> Option<View<T>> {
         let a = self.pose.left() * pair.left.push(T::ONE);
         let b = self.pose.right() * self.change.of(pair.right).push(T::ONE);
@@ -217,7 +222,7 @@ impl<T: Scalar> Frame<'_, T> {
 struct View<T> {
     x: T,
     y: T,
-    /// Column left less right.
+    /// Left column minus right column.
     disparity: T,
 }
 
@@ -226,7 +231,7 @@ impl<T: Scalar> View<T> {
         Vector3::new(self.x, self.y, T::ONE)
     }
 
-    /// Change of the disparity by a turn of the mount.
+    /// Returns the derivative of the disparity by a turn of the mount.
     fn slope(&self) -> T {
         T::ONE + self.x * self.x
     }
@@ -241,7 +246,10 @@ struct Whitening<T> {
 }
 
 impl<T: Scalar> Whitening<T> {
-    /// * `noise`: standard deviation of the quantity that the covariance belongs to.
+    /// Returns the whitening for the covariance `noise^2 c`; `None` unless `c` is positive definite.
+    ///
+    /// * `c`: covariance in units of `noise^2`.
+    /// * `noise`: standard deviation of a coordinate.
     fn of(c: &Matrix3<T>, noise: T) -> Option<Self> {
         let root = |x: T| Some(x).filter(|x| *x > T::ZERO).map(|x| T::ONE / x.sqrt());
         let a = root(c.m11)?;
@@ -261,8 +269,8 @@ impl<T: Scalar> Whitening<T> {
     }
 }
 
-/// Solution of normal equations, and the information on the last unknown with all others free. `None` if they have no
-/// solution.
+/// Solves normal equations in place. Returns the solution, and the information on the last unknown with all other
+/// unknowns free; `None` if the equations have no solution.
 fn solution<T: Scalar>(rows: &mut [[T; COLUMNS]; UNKNOWNS]) -> Option<([T; UNKNOWNS], T)> {
     for i in 0..UNKNOWNS {
         let (above, below) = rows.split_at_mut_checked(i.saturating_add(1))?;

@@ -1,10 +1,11 @@
-//! Knowledge of mount yaw and lens beside the sums of the pairs, and its changes.
+//! Estimate of the yaws of mount and lens, apart from the sums over the pairs, and its updates.
 //!
-//! A fused estimate of the rows is one measurement of the sum, from any number of pairs: it is applied to the prior on
-//! each read, and becomes part of the prior when its sums are dropped.
+//! The fused row offsets are one measurement of the sum of the two yaws, whatever the number of pairs. Each read
+//! applies this measurement to the prior. The measurement becomes part of the prior when the sums over the pairs are
+//! dropped.
 //!
-//! A knock may be in the sums for many pairs before it is detected. So the lens is learnt from the rows of [`ROWS_LAG`]
-//! pairs ago or more, and a later difference of the rows beyond chance is a turn of the mount.
+//! A knock may be in the sums for many pairs before it is detected. Therefore the lens is learnt only from rows that
+//! are at least [`ROWS_LAG`] pairs old. A later change of the rows beyond chance counts as a turn of the mount.
 
 use super::yaw::YawEstimate;
 use crate::config::Context;
@@ -14,7 +15,7 @@ use crate::thresholds::{
     WITNESS_SUPPORT,
 };
 
-/// Knowledge of mount yaw and lens.
+/// Estimate of the yaws of mount and lens, and its evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct MountYaw<T> {
     /// Whether a calibration measured the factory extrinsics. This belongs to the rig: a reset keeps it.
@@ -23,19 +24,19 @@ pub(crate) struct MountYaw<T> {
     claimed: T,
     /// Whether rows have refuted the factory calibration.
     refuted: bool,
-    /// Whether the rig has changed before the present sums.
+    /// Whether the rig changed before the present sums began.
     changed: bool,
-    /// Estimate before the sums; `None`: the prior of the configuration.
+    /// Estimate before the present sums; `None` for the prior of the configuration.
     known: Option<YawEstimate<T>>,
-    /// Measurements by witnesses in agreement with it, one after the other, up to [`WITNESS_SUPPORT`]. After a restart
-    /// so many, if there were any.
+    /// Number of witness measurements that agree with the estimate, at most [`WITNESS_SUPPORT`]. After a restart it is
+    /// [`WITNESS_SUPPORT`] if a witness supported the estimate before, and 0 otherwise.
     support: u8,
-    /// Measurements by witnesses that contradict it.
+    /// Consecutive witness measurements that contradict the estimate, and wait.
     waiting: Option<Measurements<T>>,
     earlier: EarlierRows<T>,
 }
 
-/// Measurements that agree with each other, one after the other: their mean, its variance, and their number.
+/// Consecutive measurements that agree with each other: their mean, rad, its variance, rad^2, and their number.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Measurements<T> {
     yaw: T,
@@ -44,7 +45,7 @@ struct Measurements<T> {
 }
 
 impl<T: Scalar> Measurements<T> {
-    /// With one more; `None` where it does not agree.
+    /// Returns the measurements with one more; `None` if the new measurement does not agree with them.
     fn confirmed(&self, yaw: T, variance: T) -> Option<Self> {
         let total = self.variance + variance;
         let off = yaw - self.yaw;
@@ -56,12 +57,13 @@ impl<T: Scalar> Measurements<T> {
     }
 }
 
-/// The rows as they were: every [`ROWS_LAG`] pairs the newer ones become the older ones. Not part of the record.
+/// Yaw of the rows at two earlier times. Every [`ROWS_LAG`] pairs the newer value becomes the older one. The record
+/// does not contain these values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct EarlierRows<T> {
     older: Option<RowsYaw<T>>,
     newer: Option<RowsYaw<T>>,
-    /// Pairs since the newer rows.
+    /// Number of pairs since the newer value was noted.
     pairs: u16,
 }
 
@@ -69,18 +71,18 @@ impl<T: Scalar> EarlierRows<T> {
     const NONE: Self = Self { older: None, newer: None, pairs: 0 };
 }
 
-/// Effect of a witness's measurement.
+/// Effect of a witness measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Witnessed {
-    /// It is part of the estimate.
+    /// The measurement is part of the estimate.
     Taken,
-    /// It contradicts the yaw so far, and waits for others that agree with it.
+    /// The measurement contradicts the present yaw, and waits for further measurements that agree with it.
     Waiting,
 }
 
-/// A turn about the factory extrinsics that rows show, rad, and its variance, rad^2.
+/// Yaw that the rows show, relative to the factory extrinsics, rad, and its variance, rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct RowsYaw<T> {
     pub(crate) turn: T,
@@ -88,7 +90,7 @@ pub(crate) struct RowsYaw<T> {
 }
 
 impl<T: Scalar> MountYaw<T> {
-    /// Knowledge of a rig without a factory calibration.
+    /// State of a rig without a factory calibration.
     pub(crate) const UNKNOWN: Self = Self {
         calibrated: false,
         claimed: T::ONE,
@@ -100,7 +102,7 @@ impl<T: Scalar> MountYaw<T> {
         earlier: EarlierRows::NONE,
     };
 
-    /// Knowledge of factory extrinsics that a calibration has measured.
+    /// State of a rig whose factory extrinsics a calibration has measured.
     pub(crate) const CALIBRATED: Self = Self { calibrated: true, ..Self::UNKNOWN };
 
     /// Forgets the measurements of pairs and witnesses.
@@ -108,20 +110,21 @@ impl<T: Scalar> MountYaw<T> {
         *self = Self { calibrated: self.calibrated, ..Self::UNKNOWN };
     }
 
-    /// Estimate with the rows of the pairs.
+    /// Returns the estimate after the rows of the pairs.
     #[inline(never)]
     pub(crate) fn with_rows(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         let rows = rows.of_scene(context);
         self.before(&rows, context).with_rows(rows.turn, rows.variance)
     }
 
-    /// Part of an error of the rows that the mount yaw takes up, 0 to 1.
+    /// Returns the part of an error of the rows that goes into the mount yaw, 0 to 1.
     pub(crate) fn gain(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> T {
         let rows = rows.of_scene(context);
         self.before(&rows, context).gain_of_rows(rows.variance)
     }
 
-    /// Estimate before the rows: since the earlier ones the mount has turned by the difference beyond chance.
+    /// Returns the estimate before the rows. A difference from the earlier rows beyond chance counts as a turn of the
+    /// mount.
     fn before(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         match self.earlier.older {
             Some(older) => {
@@ -132,8 +135,8 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// Estimate with rows as the first since the prior. After a change of the rig the mount has turned by the
-    /// difference from the prior beyond chance.
+    /// Returns the estimate after `rows`, taken as the first rows since the prior. After a change of the rig, a
+    /// difference from the prior beyond chance counts as a turn of the mount.
     fn at(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         self.before_any(rows, context).with_rows(rows.turn, rows.variance)
     }
@@ -143,7 +146,7 @@ impl<T: Scalar> MountYaw<T> {
         if self.changed { prior.turned(prior.excess(rows.turn, rows.variance)) } else { prior }
     }
 
-    /// Notes the rows after a pair is fused, if due.
+    /// Counts a fused pair, and notes the rows every [`ROWS_LAG`] pairs.
     pub(crate) fn note(
         &mut self,
         rows: impl FnOnce() -> Option<RowsYaw<T>>,
@@ -162,12 +165,13 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// After a turn of the mount, earlier measurements by witnesses neither support nor contradict later ones.
+    /// Forgets the witness measurements: after a turn of the mount they neither support nor contradict later ones.
     fn forget_witnesses(&mut self) {
         (self.support, self.waiting) = (0, None);
     }
 
-    /// The sums of the pairs are dropped, and the estimate stays: rays may have changed.
+    /// Forgets the earlier rows and the waiting measurements when the sums over the pairs are dropped, because the rays
+    /// may have changed. The estimate stays.
     pub(crate) fn forget_pairs(&mut self) {
         self.forget_earlier();
         self.waiting = None;
@@ -178,40 +182,44 @@ impl<T: Scalar> MountYaw<T> {
         self.earlier = EarlierRows::NONE;
     }
 
-    /// Estimate before the sums of the pairs.
+    /// Returns the estimate before the sums over the pairs.
     fn prior(&self, context: &Context<'_, T>) -> YawEstimate<T> {
         let (factory, lens) = context.yaw_variances();
         let mount = factory.filter(|_| self.has_factory());
         self.known.unwrap_or(YawEstimate::independent(mount, lens))
     }
 
-    /// Reported variance of the mount yaw: until a witness confirms it, the rows' turn may belong to the mount.
+    /// Returns the reported variance of the mount yaw, rad^2. Until a witness confirms the yaw, a turn that the rows
+    /// show may belong to the mount.
     pub(crate) fn reported_variance(&self, of: &YawEstimate<T>) -> T {
         of.var_mount() + self.doubt(of)
     }
 
-    /// Reported standard deviation of the apparent yaw of the lens, rad.
+    /// Returns the reported standard deviation of the apparent yaw of the lens, rad.
     pub(crate) fn lens_deviation(&self, of: &YawEstimate<T>) -> T {
         (of.var_lens() + self.doubt(of)).sqrt()
     }
 
-    /// Additional variance for the chance that the mount turned before the first pair, and the lens differs.
+    /// Returns the additional variance, rad^2, for the chance that the mount turned before the first pair and the
+    /// estimate takes this turn for a yaw of the lens.
     fn doubt(&self, of: &YawEstimate<T>) -> T {
         let claimed = self.claimed * of.lens();
         claimed * claimed * (T::ONE + self.claimed * T::lit(TURNED_DOUBT))
     }
 
-    /// Whether a factory calibration holds, or held until the rig changed.
+    /// Returns whether a factory calibration holds, or held until the rig changed.
     fn has_factory(&self) -> bool {
         self.calibrated && !self.refuted
     }
 
-    /// Whether nothing has changed the mount since production, as far as is known.
+    /// Returns whether the mount yaw still rests on the factory calibration alone: so far there was no refutation, no
+    /// change of the rig and no witness.
     pub(crate) fn is_as_made(&self) -> bool {
         self.has_factory() && self.known.is_none()
     }
 
-    /// Whether rows refute a factory calibration that nothing has refuted before.
+    /// Returns whether the rows refute the factory calibration. Only a mount yaw that rests on the factory calibration
+    /// alone can be refuted.
     pub(crate) fn is_refuted(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> bool {
         let squared = self.prior(context).surprise(rows.turn, rows.variance);
         self.is_as_made() && squared > T::lit(REFUTED_FACTORY_YAW)
@@ -224,8 +232,9 @@ impl<T: Scalar> MountYaw<T> {
         self.forget_witnesses();
     }
 
-    /// The rig has changed, and the sums of the rows are dropped. The estimate keeps what they measured, and the lens
-    /// stays. If only rows have measured the mount, nothing is kept: the next rows measure the same.
+    /// Handles a change of the rig, which drops the sums over the pairs. The estimate keeps the measurement of these
+    /// sums, and the yaw of the lens stays. If only rows have measured the mount, nothing is kept, because the next
+    /// rows measure the same sum.
     pub(crate) fn change(&mut self, rows: &RowsYaw<T>, context: &Context<'_, T>) {
         if self.has_factory() || self.known.is_some() {
             let rows = self.earlier.older.or(self.earlier.newer).unwrap_or(rows.of_scene(context));
@@ -236,8 +245,8 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// Adds a measurement of the mount yaw, rad, of a variance, rad^2. `None`, without effect, where the lens would have to be
-    /// off by more than three deviations of its prior.
+    /// Adds a measurement of the mount yaw, rad, with its variance, rad^2. Returns `None`, and changes nothing, if the
+    /// yaw of the lens would have to be off by more than three standard deviations of its prior.
     pub(crate) fn witness(
         &mut self,
         yaw: T,
@@ -247,7 +256,8 @@ impl<T: Scalar> MountYaw<T> {
     ) -> Option<Witnessed> {
         let rows = rows.of_scene(context);
         let (_, lens) = context.yaw_variances();
-        // By the prior of the lens alone: a wrong measurement that was taken must not refuse the right ones after it.
+        // Only the prior of the lens decides: a wrong measurement that was taken must not cause the refusal of later
+        // right ones.
         if is_apart(rows.turn - yaw, lens + rows.variance + variance) {
             return None;
         }
@@ -277,18 +287,19 @@ impl<T: Scalar> MountYaw<T> {
 }
 
 impl<T: Scalar> MountYaw<T> {
-    /// Mount yaw before the sums, rad; 0 if nothing has measured it.
+    /// Returns the mount yaw before the sums, rad; 0 if nothing has measured it.
     pub(crate) fn known_yaw(&self) -> T {
         self.known.map_or(T::ZERO, |known| known.mount())
     }
 
-    /// The numbers and the flags of a record.
+    /// Returns the numbers and the flags of a record.
     pub(crate) fn parts(&self) -> ([T; 6], [bool; 3]) {
         let [a, b, c, d, e] = self.known.map_or([T::ZERO; 5], |known| known.numbers());
         ([self.claimed, a, b, c, d, e], [self.refuted, self.changed, self.known.is_some()])
     }
 
-    /// Takes the numbers and flags of a record, each within its range, after a reset; `None` unless they fit together.
+    /// Takes over the numbers and flags of a record after a reset; returns `None` unless they fit together. Each number
+    /// is within its range.
     pub(crate) fn resume(
         &mut self,
         [claimed, numbers @ ..]: [T; 6],
@@ -303,7 +314,7 @@ impl<T: Scalar> MountYaw<T> {
 }
 
 impl<T: Scalar> RowsYaw<T> {
-    /// The rows with the scatter from scene to scene added to their variance.
+    /// Returns the rows with the scatter from scene to scene added to their variance.
     fn of_scene(self, context: &Context<'_, T>) -> Self {
         let (_, lens) = context.yaw_variances();
         let scene = if lens > T::ZERO { T::lit(SCENE_YAW_RAD * SCENE_YAW_RAD) } else { T::ZERO };
@@ -311,7 +322,8 @@ impl<T: Scalar> RowsYaw<T> {
     }
 }
 
-/// Whether a difference exceeds three deviations. Not `>`: a number that is not finite counts as apart.
+/// Returns whether a difference exceeds three standard deviations. The comparison is negated, so that a number that is
+/// not finite counts as apart.
 fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
     !(off * off <= T::lit(LENS_FOUND * LENS_FOUND) * variance)
 }

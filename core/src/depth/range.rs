@@ -1,4 +1,4 @@
-//! Witness of a known distance: the disparity of a match tells the yaw of the mount (`ESTIMATOR.md`, section 20).
+//! Witness of a known distance: the disparity of a match determines the yaw of the mount (`ESTIMATOR.md`, section 20).
 
 use nalgebra::Vector2;
 
@@ -25,10 +25,10 @@ pub enum Range<T> {
 pub struct RangeReading<T> {
     /// `[u, v]` in the left image, px, before undistortion.
     pub pixel: [T; 2],
-    /// The same point in the right image, if the matcher has looked for it; `None`: a match of the last pair within 3 px of
-    /// `pixel` tells it, and few pairs have one there.
+    /// The same point in the right image, px, if the matcher has looked for it. With `None`, a match of the last pair
+    /// within 3 px of `pixel` is used, but few pairs have one there.
     pub right: Option<[T; 2]>,
-    /// Its distance, m.
+    /// Distance of the point, m.
     pub range: Range<T>,
     /// Standard deviation of the distance, m.
     pub sd_m: T,
@@ -39,19 +39,22 @@ pub struct RangeReading<T> {
 pub(crate) struct InverseDepth<T> {
     /// Baseline over depth along the left optical axis, dimensionless.
     value: T,
-    /// Variance, length of the baseline included.
+    /// Variance of the value, with the uncertainty of the baseline length.
     variance: T,
 }
 
 impl<T: Scalar> RangeReading<T> {
-    /// Whether distance and deviation are in the range of a sensor.
+    /// Returns whether distance and standard deviation are within the range of a sensor.
     pub(crate) fn is_valid(&self) -> bool {
         let (Range::AlongAxis(range) | Range::AlongRay(range)) = self.range;
         let within = |x: T| x >= T::lit(MIN_RANGE_M) && x <= T::lit(MAX_RANGE_M);
         within(range) && self.sd_m > T::ZERO && self.sd_m <= range
     }
 
-    /// * `ray`: ray of the pixel, at unit depth; `baseline_m`: length of the baseline, m.
+    /// Returns baseline over depth of the reading.
+    ///
+    /// * `ray`: ray of the pixel, at unit depth.
+    /// * `baseline_m`: length of the baseline, m.
     pub(crate) fn inverse_depth(&self, ray: &Vector2<T>, baseline_m: T) -> InverseDepth<T> {
         let (range, per_depth) = match self.range {
             Range::AlongAxis(depth) => (depth, T::ONE),
@@ -64,11 +67,11 @@ impl<T: Scalar> RangeReading<T> {
 }
 
 impl<T: Scalar> InverseDepth<T> {
-    /// Turn about y from a pose to the one at which a match has this depth, rad, and its variance, rad^2. `None` if the
-    /// rays are not in front of the cameras.
+    /// Returns the turn about y, rad, from a pose to the pose at which a match has this depth, and the variance of the
+    /// turn, rad^2. `None` if the rays are not in front of the cameras.
     ///
-    /// With rectified rays `a`, `b` and `rho` = baseline over depth, the right ray is along `a - rho i_1`, and columns
-    /// differ by `h = a_x b_z - a_z b_x - rho b_z`; a turn changes `h` by `a_z b_z + a_x b_x`.
+    /// With rectified rays `a`, `b` and `rho` = baseline over depth, the right ray should be along `a - rho i_1`. The
+    /// columns are off by `h = a_x b_z - a_z b_x - rho b_z`. A turn changes `h` by `a_z b_z + a_x b_x` per rad.
     ///
     /// * `noise`: variance of a coordinate at unit depth.
     pub(crate) fn turn(
@@ -102,7 +105,7 @@ mod tests {
         RectifyingRotations::from(&Extrinsics::try_new(rotation.matrix(), &t).unwrap())
     }
 
-    /// Rays of a point in the left camera frame, in lengths of the baseline.
+    /// Returns the rays to a point, which is given in the left camera frame in baseline lengths.
     fn seen(point: Vector3<f64>) -> RayPair<f64> {
         let extrinsics = truth().extrinsics().unwrap();
         let right = extrinsics.rotation() * point + extrinsics.translation().into_inner();

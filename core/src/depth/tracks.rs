@@ -1,29 +1,31 @@
-//! Join of tracked matches of two frames, by the numbers of their tracks.
+//! Joins the tracked matches of two frames by their track numbers.
 //!
-//! Each frame is joined to the same earlier one, so that the rig can move far enough for
-//! [`Calibrator::push_witness`](crate::Calibrator::push_witness), until more than half of its tracks are lost. A track is looked
-//! up at the remainder of its number: no search and no sorting. Tracks that the last frame has too come first in the list.
+//! Each frame is joined to the same earlier frame, so that the rig can move far enough for
+//! [`Calibrator::push_witness`](crate::Calibrator::push_witness). Once more than half of the tracks of the earlier
+//! frame are lost, a newer frame replaces it. A track is looked up by the remainder of its number, without search or
+//! sorting. The tracks that the last frame shares come first in the list.
 
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 
-/// Matches of an earlier frame and of the last one, joined by their tracks; up to `N`.
+/// Matches of an earlier frame and of the last frame, joined by their tracks; at most `N`.
 ///
-/// A frame is [`Tracks::begin`], [`Tracks::push`] for each match, [`Tracks::end`];
+/// For each frame call [`Tracks::begin`], then [`Tracks::push`] for each match, then [`Tracks::end`];
 /// [`Tracking`](crate::link::Tracking) does this for the frames of a matcher. A push takes constant time.
 ///
-/// RAM: 66 bytes a track in `f32`, and 8. [`Calibrator::push_witness`](crate::Calibrator::push_witness) reads up to 256.
+/// RAM: 66 bytes per track in `f32`, plus 8 bytes. [`Calibrator::push_witness`](crate::Calibrator::push_witness) reads
+/// up to 256 tracks.
 #[derive(Debug, Clone)]
 pub struct Tracks<T: Scalar, const N: usize> {
-    /// Rays in the earlier frame, and in the last one that has the track.
+    /// Rays of each track in the earlier frame, and in the last frame that has the track.
     quads: [[RayPair<T>; 2]; N],
-    /// Track of each.
+    /// Track number of each entry of `quads`.
     ids: [u16; N],
-    /// Place of a track in both lists, by the remainder of its number; stale if another track is there.
+    /// Index of a track in `quads` and `ids`, by the remainder of its number; stale if another track is at that index.
     places: [u16; N],
-    /// Number of tracks in the lists.
+    /// Number of tracks in `quads` and `ids`.
     held: u16,
-    /// Number of those that the present frame has too.
+    /// Number of these tracks that the present frame has, too.
     seen: u16,
     /// Rays and tracks of the present frame.
     present: [RayPair<T>; N],
@@ -34,7 +36,7 @@ pub struct Tracks<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> Tracks<T, N> {
-    /// Without frames.
+    /// Returns the tracks before the first frame.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -50,8 +52,8 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         }
     }
 
-    /// Begins a frame. A frame before it that has not ended is dropped. If it had fewer than half of the tracks of the
-    /// earlier one, and any at all, it becomes the earlier one.
+    /// Begins a frame. A previous frame that has not ended is dropped. A previous frame that has ended becomes the
+    /// earlier frame if it has tracks, but shares fewer than half of the tracks of the present earlier frame.
     pub fn begin(&mut self) {
         let is_lost = self.seen < self.held.div_ceil(2) || self.held == 0;
         if self.has_ended && self.count > 0 && is_lost {
@@ -60,11 +62,11 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         (self.seen, self.count, self.has_ended) = (0, 0, false);
     }
 
-    /// Adds a match of the frame. Left out are matches beyond `N` tracks, and those whose track has the same remainder modulo
-    /// `N` as an earlier one.
+    /// Adds a match of the frame. Matches beyond `N` tracks are left out, and so are matches whose track has the same
+    /// remainder modulo `N` as an earlier track.
     ///
-    /// * `track`: its number, the same in each frame; 0 without one.
-    /// * `rays`: by [`Cameras::rays`](crate::Cameras::rays), in the cameras as given.
+    /// * `track`: number of the track, the same in each frame; 0 for a match without a track.
+    /// * `rays`: rays of the match by [`Cameras::rays`](crate::Cameras::rays), in the cameras as given.
     pub fn push(&mut self, track: u16, rays: &RayPair<T>) {
         if track != 0 {
             let _ = self.join(track, rays);
@@ -72,23 +74,23 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         }
     }
 
-    /// Ends the frame: all its matches are right.
+    /// Ends the frame, and thereby confirms its matches.
     pub fn end(&mut self) {
         self.has_ended = true;
     }
 
-    /// The matches that the earlier and the last frame share; empty until the last one has ended.
+    /// Returns the matches that the earlier frame and the last frame share; empty until the last frame has ended.
     pub fn quads(&self) -> &[[RayPair<T>; 2]] {
         let seen = if self.has_ended { self.seen } else { 0 };
         self.quads.get(..seen.into()).unwrap_or_default()
     }
 
-    /// Forgets the earlier frame: the last one takes its place.
+    /// Forgets the earlier frame. The last frame takes its place when the next frame begins.
     pub fn restart(&mut self) {
         (self.held, self.seen) = (0, 0);
     }
 
-    /// Remainder of a track.
+    /// Returns the remainder of a track number modulo `N`; `None` if `N` is 0.
     fn remainder(track: u16) -> Option<usize> {
         usize::from(track).checked_rem(N)
     }
@@ -101,7 +103,7 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         Some(())
     }
 
-    /// The present frame becomes the earlier one.
+    /// Makes the present frame the earlier frame.
     fn renew(&mut self) {
         self.held = 0;
         for at in 0..self.count {
@@ -109,7 +111,7 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         }
     }
 
-    /// Keeps a match of the present frame, unless one of the same remainder is kept.
+    /// Keeps a match of the present frame, unless a match with the same remainder is kept already.
     fn keep(&mut self, at: usize) -> Option<()> {
         let (track, rays) = (*self.present_ids.get(at)?, *self.present.get(at)?);
         let remainder = Self::remainder(track);
@@ -125,16 +127,16 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         Some(())
     }
 
-    /// Joins a match to that of its track in the earlier frame.
+    /// Joins a match to the match of the same track in the earlier frame.
     fn join(&mut self, track: u16, rays: &RayPair<T>) -> Option<()> {
         let own = *self.places.get(Self::remainder(track)?)?;
         let (place, seen) = (usize::from(own), usize::from(self.seen));
         let is_held = own < self.held && *self.ids.get(place)? == track;
-        // A track that has been seen occurs twice in the frame.
+        // A track that has been seen already occurs twice in this frame.
         if !is_held || place < seen {
             return None;
         }
-        // It changes places with the first one not seen, which may be itself.
+        // The track changes places with the first unseen track, which may be this track itself.
         let [before, _] = *self.quads.get(place)?;
         let (other, of_other) = (*self.ids.get(seen)?, *self.quads.get(seen)?);
         (*self.ids.get_mut(place)?, *self.quads.get_mut(place)?) = (other, of_other);
@@ -178,7 +180,7 @@ mod tests {
         tracks.end();
     }
 
-    /// Left columns of the joined matches, in order.
+    /// Returns the left columns of the joined matches, in order.
     fn joined<const N: usize>(tracks: &Tracks<f32, N>) -> Vec<[u32; 2]> {
         let quads = tracks.quads().iter();
         let mut found: Vec<_> = quads.map(|quad| quad.map(|pair| pair.left.x.to_bits())).collect();
@@ -186,7 +188,7 @@ mod tests {
         found
     }
 
-    /// The first match of each track, other than 0.
+    /// Returns the first match of each track, other than 0.
     fn by_track(frame: &[(u16, u16)]) -> BTreeMap<u16, u16> {
         frame.iter().rev().filter(|(track, _)| *track != 0).copied().collect()
     }
@@ -202,7 +204,7 @@ mod tests {
     proptest! {
         #[test]
         fn each_frame_is_joined_to_the_earlier_one_in_any_order(mut frames in frames()) {
-            // Half of the tracks at least: the frames begin with those of the first.
+            // Each frame contains all matches of the first frame, so it shares at least half of the tracks.
             let first = frames[0].clone();
             frames[1..].iter_mut().for_each(|frame| frame.splice(..0, first.clone()).for_each(drop));
             let mut tracks = Tracks::<f32, 64>::new();

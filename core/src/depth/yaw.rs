@@ -10,63 +10,64 @@ pub(crate) struct YawEstimate<T> {
     pub(super) lens: T,
     pub(super) var_mount: T,
     pub(super) var_lens: T,
-    /// Covariance of both; negative once rows have measured their sum.
+    /// Covariance of the two yaws; negative once rows have measured their sum.
     pub(super) mixed: T,
 }
 
 impl<T: Scalar> YawEstimate<T> {
-    /// Both with mean 0 and independent.
+    /// Returns two independent yaws with mean 0.
     ///
-    /// * `var_mount`: `None` for an unknown mount.
+    /// * `var_mount`: variance of the mount yaw, rad^2; `None` for an unknown yaw.
+    /// * `var_lens`: variance of the apparent yaw of the lens, rad^2.
     pub(super) fn independent(var_mount: Option<T>, var_lens: T) -> Self {
         let var_mount = var_mount.unwrap_or(unknown());
         Self { mount: T::ZERO, lens: T::ZERO, var_mount, var_lens, mixed: T::ZERO }
     }
 
-    /// Mount yaw about the factory extrinsics, rad.
+    /// Returns the mount yaw about the factory extrinsics, rad.
     pub(crate) fn mount(&self) -> T {
         self.mount
     }
 
-    /// Apparent yaw of the lens: rows are off by `o x y`, at unit depth.
+    /// Returns the apparent yaw `o` of the lens, rad: rows are off by `o x y` at unit depth.
     pub(crate) fn lens(&self) -> T {
         self.lens
     }
 
-    /// Variance of the mount yaw, rad^2.
+    /// Returns the variance of the mount yaw, rad^2.
     pub(crate) fn var_mount(&self) -> T {
         self.var_mount
     }
 
-    /// Variance of the apparent yaw, rad^2.
+    /// Returns the variance of the apparent yaw, rad^2.
     pub(crate) fn var_lens(&self) -> T {
         self.var_lens
     }
 
-    /// Variance of the sum, rad^2.
+    /// Returns the variance of the sum, rad^2.
     fn var_sum(&self) -> T {
         (self.var_mount + (self.mixed + self.mixed) + self.var_lens).max(T::ZERO)
     }
 
-    /// Distance of a measured sum from the expected one, squared, over the variance of both.
+    /// Returns the squared distance between the measured and the expected sum, over the variance of their difference.
     pub(super) fn surprise(&self, sum: T, variance: T) -> T {
         let off = sum - self.mount - self.lens;
         off * off / (self.var_sum() + variance)
     }
 
-    /// Squared distance of a measured sum from the expected one beyond the variance of both, rad^2: the likeliest variance
-    /// of a turn of the mount.
+    /// Returns the squared distance between the measured and the expected sum, less the variance of their difference,
+    /// rad^2. This is the likeliest variance of a turn of the mount.
     pub(super) fn excess(&self, sum: T, variance: T) -> T {
         let off = sum - self.mount - self.lens;
         (off * off - self.var_sum() - variance).max(T::ZERO)
     }
 
-    /// Whether the mount is unknown.
+    /// Returns whether the mount yaw is unknown.
     fn is_free(&self) -> bool {
         self.var_mount >= unknown()
     }
 
-    /// Part of an error of the measured sum that the mount yaw takes up, 0 to 1.
+    /// Returns the part of an error of the measured sum that goes into the mount yaw, 0 to 1.
     pub(super) fn gain_of_rows(&self, variance: T) -> T {
         if self.is_free() {
             return T::ONE;
@@ -74,11 +75,12 @@ impl<T: Scalar> YawEstimate<T> {
         (self.var_mount + self.mixed) / (self.var_sum() + variance)
     }
 
-    /// The estimate after rows measure the sum.
+    /// Returns the estimate after rows have measured the sum.
     #[must_use]
     pub(super) fn with_rows(&self, sum: T, variance: T) -> Self {
         if self.is_free() {
-            // Limit of an infinite variance: the mount takes what the lens does not explain.
+            // The limit for an infinite variance of the mount yaw: the mount takes the part of the sum that the lens
+            // does not explain.
             let (lens, var_lens) = (self.lens, self.var_lens);
             let (mount, var_mount) = (sum - lens, var_lens + variance);
             return Self { mount, lens, var_mount, var_lens, mixed: -var_lens };
@@ -98,7 +100,7 @@ impl<T: Scalar> YawEstimate<T> {
         }
     }
 
-    /// The estimate after a witness measures the mount yaw.
+    /// Returns the estimate after a witness has measured the mount yaw.
     #[must_use]
     pub(super) fn with_mount(&self, yaw: T, variance: T) -> Self {
         let total = self.var_mount + variance;
@@ -115,35 +117,36 @@ impl<T: Scalar> YawEstimate<T> {
         }
     }
 
-    /// The estimate after a turn of the mount by an angle with this variance; the lens stays.
+    /// Returns the estimate after a turn of the mount by an angle with this variance, rad^2; the yaw of the lens stays.
     #[must_use]
     pub(super) fn turned(&self, variance: T) -> Self {
         Self { var_mount: self.var_mount + variance, ..*self }
     }
 
-    /// The estimate after a turn of the mount by an unknown angle.
+    /// Returns the estimate after a turn of the mount by an unknown angle.
     #[must_use]
     pub(super) fn freed(&self) -> Self {
         self.turned(unknown())
     }
 
-    /// The estimate with at least this variance of the mount yaw.
+    /// Returns the estimate with at least this variance of the mount yaw.
     #[must_use]
     pub(super) fn not_below(&self, variance: T) -> Self {
         self.turned((variance - self.var_mount).max(T::ZERO))
     }
 
-    /// Determinant of the covariance, at least 0: up to rounding, neither variance is negative.
+    /// Returns the determinant of the covariance. Rounding cannot make it negative, so no updated variance is negative
+    /// either.
     fn determinant(&self) -> T {
         (self.var_mount * self.var_lens - self.mixed * self.mixed).max(T::ZERO)
     }
 
-    /// The five numbers, in the order of the record.
+    /// Returns the five numbers, in the order of the record.
     pub(super) fn numbers(&self) -> [T; 5] {
         [self.mount, self.lens, self.var_mount, self.var_lens, self.mixed]
     }
 
-    /// From the five numbers; `None` unless they are a covariance.
+    /// Returns the estimate from the five numbers; `None` unless their covariance is valid.
     pub(super) fn of([mount, lens, var_mount, var_lens, mixed]: [T; 5]) -> Option<Self> {
         let allowed = T::ONE + T::lit(1e-3);
         let is_covariance = var_mount >= T::ZERO
@@ -153,7 +156,7 @@ impl<T: Scalar> YawEstimate<T> {
     }
 }
 
-/// Variance of an unknown mount yaw, rad^2.
+/// Returns the variance of an unknown mount yaw, rad^2.
 fn unknown<T: Scalar>() -> T {
     T::lit(UNKNOWN_YAW_RAD * UNKNOWN_YAW_RAD)
 }
@@ -163,7 +166,7 @@ mod tests {
     use super::*;
     use nalgebra::{Matrix2, Vector2};
 
-    /// The same updates by matrices.
+    /// Returns the same update, computed with matrices.
     fn updated(of: &YawEstimate<f64>, h: Vector2<f64>, value: f64, variance: f64) -> [f64; 5] {
         let p = Matrix2::new(of.var_mount, of.mixed, of.mixed, of.var_lens);
         let x = Vector2::new(of.mount, of.lens);
@@ -200,7 +203,7 @@ mod tests {
         let turned = known.freed().with_rows(9e-3 + 0.0175, 1e-8);
         assert!((turned.mount - known.mount - 0.0175).abs() < 1e-5, "{turned:?}");
         assert!((turned.lens - known.lens).abs() < 1e-5, "{turned:?}");
-        // The deviation of the mount is now that of the lens.
+        // The deviation of the mount now equals the deviation of the lens.
         assert!((turned.var_mount / known.var_lens - 1.0).abs() < 0.05, "{turned:?}");
     }
 

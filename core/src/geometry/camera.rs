@@ -51,7 +51,7 @@ pub struct Camera<T> {
     lens: Lens<T>,
 }
 
-/// Fields that a camera is read from, unchecked.
+/// Unchecked fields from which a camera is deserialised.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct Parts<T: Scalar> {
@@ -69,8 +69,8 @@ impl<T: Scalar> TryFrom<Parts<T>> for Camera<T> {
 }
 
 impl<T: Scalar> Camera<T> {
-    /// A camera with valid intrinsics: focal lengths from 1 to 1e6 px, an image of at least 2 x 2
-    /// px, a principal point no further from the image than its own size.
+    /// Returns a camera. Focal lengths must be from 1 to 1e6 px, the image at least 2 x 2 px, and the principal point
+    /// no further outside the image than the size of the image.
     ///
     /// # Errors
     /// [`CameraError`] names the quantity that is out of range or not finite.
@@ -93,7 +93,7 @@ impl<T: Scalar> Camera<T> {
         Ok(Self { intrinsics, lens })
     }
 
-    /// The camera with another focal length and first radial coefficient.
+    /// Returns the camera with corrected focal lengths and first radial coefficient.
     ///
     /// # Errors
     /// [`CameraError`] names the quantity that is then out of range.
@@ -102,17 +102,17 @@ impl<T: Scalar> Camera<T> {
         Self::try_new(Intrinsics { focal, ..self.intrinsics }, self.lens.corrected(by.k1)?)
     }
 
-    /// The intrinsics, px.
+    /// Returns the intrinsics, px.
     pub fn intrinsics(&self) -> &Intrinsics<T> {
         &self.intrinsics
     }
 
-    /// The lens model.
+    /// Returns the lens model.
     pub fn lens(&self) -> &Lens<T> {
         &self.lens
     }
 
-    /// Largest `x y` of a pixel, at unit depth without distortion, dimensionless.
+    /// Returns the largest `x y` in the image, at unit depth without distortion, dimensionless.
     pub(crate) fn corner(&self) -> T {
         let Intrinsics { focal, principal, size } = &self.intrinsics;
         let axes = focal.iter().zip(principal).zip(size);
@@ -120,13 +120,13 @@ impl<T: Scalar> Camera<T> {
         reach.fold(T::ONE, |product, reach| product * reach)
     }
 
-    /// Mean of the two focal lengths, px: pixels of a row offset of 1 at unit depth.
+    /// Returns the mean of the two focal lengths, px: the size in pixels of a row offset of 1 at unit depth.
     pub fn mean_focal(&self) -> T {
         let [fx, fy] = self.intrinsics.focal;
         (fx + fy) * T::HALF
     }
 
-    /// `K^-1`: homogeneous undistorted pixels to rays at unit depth, 1/px.
+    /// Returns `K^-1`, which maps homogeneous undistorted pixels to rays at unit depth, 1/px.
     pub fn inverse_matrix(&self) -> Matrix3<T> {
         let [fx, fy] = self.intrinsics.focal;
         let [cx, cy] = self.intrinsics.principal;
@@ -134,17 +134,17 @@ impl<T: Scalar> Camera<T> {
         Matrix3::new(one / fx, zero, -cx / fx, zero, one / fy, -cy / fy, zero, zero, one)
     }
 
-    /// Ray `(x, y)` at unit depth through a pixel: `p = K^-1 [u v 1]` after undistortion.
+    /// Returns the ray `(x, y)` at unit depth through a pixel: `p = K^-1 [u v 1]` after undistortion.
     ///
     /// # Errors
-    /// [`UndistortError`]: the pixel is not finite, more than half a pixel outside the image, or
-    /// the lens model is not invertible there.
+    /// [`UndistortError`]: the pixel is not finite or more than half a pixel outside the image, or the lens model is
+    /// not invertible there.
     pub fn ray(&self, pixel: [T; 2]) -> Result<Vector2<T>, UndistortError> {
         self.check(pixel)?;
         self.ray_of_checked(pixel)
     }
 
-    /// [`Camera::ray`] of a pixel that [`Camera::check`] accepts.
+    /// Returns [`Camera::ray`] of a pixel that [`Camera::check`] accepts.
     #[inline(always)]
     pub(crate) fn ray_of_checked(&self, [u, v]: [T; 2]) -> Result<Vector2<T>, UndistortError> {
         let [fx, fy] = self.intrinsics.focal;
@@ -154,7 +154,7 @@ impl<T: Scalar> Camera<T> {
             .ok_or(UndistortError::NotInvertible)
     }
 
-    /// Checks that a pixel is finite and in the image: [`Camera::ray`] without undistortion.
+    /// Checks that a pixel is finite and in the image, as [`Camera::ray`] does before it undistorts.
     #[inline(always)]
     pub(crate) fn check(&self, [u, v]: [T; 2]) -> Result<(), UndistortError> {
         let [width, height] = self.intrinsics.size;
@@ -169,7 +169,7 @@ impl<T: Scalar> Camera<T> {
         }
     }
 
-    /// Pixel of a ray at unit depth, px; it may lie outside the image.
+    /// Returns the pixel of a ray at unit depth, px; the pixel may lie outside the image.
     ///
     /// # Errors
     /// [`ProjectError`]: the ray is not finite or beyond the range of the lens model.
@@ -213,7 +213,7 @@ mod tests {
         ]
     }
 
-    /// Largest distance of a pixel from the pixel of its ray over all lenses, px.
+    /// Returns the largest distance, over all lenses, between a pixel and the pixel of its ray, px.
     fn largest_error<T: Scalar>([u, v]: [f64; 2]) -> f64 {
         let error = |lens| {
             let camera = camera(lens);

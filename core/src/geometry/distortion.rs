@@ -7,15 +7,16 @@ use crate::error::CameraError;
 use crate::scalar::Scalar;
 use crate::thresholds::{FOLD_BISECTIONS, FOLD_SAMPLES, MAX_DISTORTION};
 
-/// Refuses coefficients that are not finite or above 1e3 in size.
+/// Refuses coefficients that are not finite or above 1e3 in magnitude.
 pub(super) fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
     let sane = |k: &T| k.abs() <= T::lit(MAX_DISTORTION);
     if coefficients.iter().all(sane) { Ok(()) } else { Err(CameraError::Distortion) }
 }
 
-/// Smallest argument in `0..=limit` at which `slope` is not positive, or `limit`.
+/// Returns the smallest argument in `0..=limit` at which `slope` is not positive, or `limit` if `slope` is positive
+/// everywhere.
 ///
-/// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range stays undetected.
+/// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range may stay undetected.
 #[inline(never)]
 pub(super) fn first_fold<T: Scalar>(slope: &dyn Fn(T) -> T, limit: T) -> T {
     let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));
@@ -31,9 +32,10 @@ pub(super) fn first_fold<T: Scalar>(slope: &dyn Fn(T) -> T, limit: T) -> T {
     low
 }
 
-/// Newton's step of an undistortion; `None` where the distortion does not keep its orientation.
+/// Returns the Newton step of an undistortion; `None` where the Jacobian determinant of the distortion is not positive.
 ///
-/// * `error`: distorted point less the given one; `j`: Jacobian of the distortion.
+/// * `error`: distorted point minus the given point, dimensionless.
+/// * `j`: Jacobian of the distortion.
 #[inline(always)]
 pub(super) fn newton_step<T: Scalar>(error: Vector2<T>, j: &Matrix2<T>) -> Option<Vector2<T>> {
     let determinant = j.m11 * j.m22 - j.m12 * j.m21;

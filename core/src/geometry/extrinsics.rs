@@ -9,7 +9,7 @@ use crate::error::ExtrinsicsError;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_LATERAL;
 
-/// Rounding of a rotation or a unit vector, in units of the last place.
+/// Largest rounding error of a rotation or a unit vector, in units in the last place.
 const ROUNDING: f64 = 16.0;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. For a plain side-by-side rig `t = (-1, 0, 0)`.
@@ -51,7 +51,7 @@ impl<T: Scalar> Extrinsics<T> {
         }
     };
 
-    /// The nearest rotation to a matrix, and the direction of a baseline of any length.
+    /// Returns extrinsics with the rotation nearest to `r` and the direction of `t`.
     ///
     /// * `r`: left to right camera frame, orthonormal to about 0.1 in its elements.
     /// * `t`: position of the left camera in the right camera frame, any unit.
@@ -76,8 +76,9 @@ impl<T: Scalar> Extrinsics<T> {
         }
     }
 
-    /// As [`Extrinsics::try_new`], from `R` row by row, as files and wire formats carry it. A rotation and a unit vector to
-    /// rounding are kept bit for bit, so that extrinsics survive being written and read.
+    /// Returns extrinsics as [`Extrinsics::try_new`] does, from `R` row by row, the order of files and wire formats. A
+    /// rotation and a unit vector that are exact up to rounding are kept bit for bit, so that writing and reading do
+    /// not change extrinsics.
     ///
     /// # Errors
     /// [`ExtrinsicsError`].
@@ -92,17 +93,17 @@ impl<T: Scalar> Extrinsics<T> {
         Ok(if off <= T::EPSILON * T::lit(ROUNDING) { given } else { nearest })
     }
 
-    /// `R`, left to right camera frame: `p_r = R p_l + t`.
+    /// Returns `R`, left to right camera frame: `p_r = R p_l + t`.
     pub const fn rotation(&self) -> &Rotation3<T> {
         &self.rotation
     }
 
-    /// Unit `t`, right camera frame.
+    /// Returns the unit vector `t`, in the right camera frame.
     pub fn translation(&self) -> &Unit<Vector3<T>> {
         &self.translation
     }
 
-    /// `R` row by row, the order of files and wire formats.
+    /// Returns `R` row by row, the order of files and wire formats.
     pub fn rotation_row_major(&self) -> [T; 9] {
         let m = self.rotation.matrix();
         [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
@@ -110,7 +111,7 @@ impl<T: Scalar> Extrinsics<T> {
 }
 
 impl<T: Scalar> fmt::Display for Extrinsics<T> {
-    /// `R` as a rotation vector, rad, and unit `t`.
+    /// Writes `R` as a rotation vector, rad, and unit `t`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let ([[a, b, c]], [[x, y, z]]) = (so3::log(&self.rotation).data.0, self.translation.data.0);
         write!(f, "R {a:.5} {b:.5} {c:.5} rad, t {x:.5} {y:.5} {z:.5}")
@@ -150,7 +151,7 @@ impl<T: Scalar> TryFrom<Plain<T>> for Extrinsics<T> {
     }
 }
 
-/// A matrix by its rows; `from_row_slice` of nalgebra can panic.
+/// Returns a matrix from its rows. `from_row_slice` of nalgebra can panic.
 fn row_major<T: Scalar>([a, b, c, d, e, f, g, h, i]: [T; 9]) -> Matrix3<T> {
     Matrix3::new(a, b, c, d, e, f, g, h, i)
 }

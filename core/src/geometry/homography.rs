@@ -1,7 +1,7 @@
 //! Rectifying homographies (eq 5), and the choice of the common rectified camera.
 //!
-//! `H_l = K R_l K_l^-1`, `H_r = K R_r K_r^-1`: undistorted pixels of each camera to pixels of the
-//! common rectified camera `K`, in homogeneous coordinates.
+//! `H_l = K R_l K_l^-1`, `H_r = K R_r K_r^-1`: they map undistorted pixels of each camera to pixels of the common
+//! rectified camera `K`, in homogeneous coordinates.
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 
@@ -52,11 +52,11 @@ impl<T: Scalar> RectifiedCamera<T> {
     /// Chooses a camera for rectified images of the left camera's size, as `cv::stereoRectify` does
     /// with `CALIB_ZERO_DISPARITY`: one principal point for both views.
     ///
-    /// * `alpha`: 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
-    ///   pixel of both is kept; the focal length is linear between.
+    /// * `alpha`: zoom, 0 to 1. 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every pixel
+    ///   of both images is kept. In between, the focal length is linear in `alpha`.
     ///
-    /// For rigs whose rectified images are upright: cameras side by side, the left one to the left.
-    /// Cost: 136 undistortions; call it when the extrinsics change, not per frame.
+    /// This is for rigs whose rectified images are upright: cameras side by side, the left one to the left. Cost: 136
+    /// undistortions; call it when the extrinsics change, not per frame.
     ///
     /// # Errors
     /// [`RectifyError`]: `alpha` out of range, a border pixel not rectifiable, or no common view.
@@ -88,14 +88,14 @@ impl<T: Scalar> RectifiedCamera<T> {
         Ok(Self { focal, principal: principal.into() })
     }
 
-    /// `K`: rectified rays at unit depth to pixels, px.
+    /// Returns `K`, px, which maps rectified rays at unit depth to pixels.
     pub fn matrix(&self) -> Matrix3<T> {
         let [cx, cy] = self.principal;
         let (zero, one) = (T::ZERO, T::ONE);
         Matrix3::new(self.focal, zero, cx, zero, self.focal, cy, zero, zero, one)
     }
 
-    /// `[H_l, H_r]` of eq 5: undistorted pixels of each camera to rectified pixels, homogeneous.
+    /// Returns `[H_l, H_r]` of eq 5, which map homogeneous undistorted pixels of each camera to rectified pixels.
     pub fn homographies(
         &self,
         cameras: &Cameras<T>,
@@ -136,7 +136,8 @@ impl<T: Scalar> Rectangle<T> {
     }
 }
 
-/// Field of view of one camera on the rectified plane: rectangles inside its border and around it.
+/// Field of view of one camera on the rectified plane: the rectangle inside the image border, and the rectangle around
+/// it.
 struct View<T> {
     inner: Rectangle<T>,
     outer: Rectangle<T>,
@@ -166,10 +167,10 @@ impl<T: Scalar> View<T> {
     }
 }
 
-/// Point of a pixel on the rectified plane at unit depth.
+/// Returns the point of a pixel on the rectified plane at unit depth.
 ///
 /// # Errors
-/// [`RectifyError`]: no ray, or a rectified depth below 0.05.
+/// [`RectifyError`]: the pixel has no ray, or the rectified depth is below 0.05.
 fn rectified<T: Scalar>(
     camera: &Camera<T>,
     r: &Rotation3<T>,

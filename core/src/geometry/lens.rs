@@ -34,7 +34,7 @@ pub enum Lens<T> {
 }
 
 impl<T: Scalar> Lens<T> {
-    /// The coefficients, in OpenCV's order.
+    /// Returns the coefficients, in OpenCV's order.
     pub(crate) fn coefficients(&self) -> &[T] {
         match self {
             Self::Pinhole => &[],
@@ -44,7 +44,7 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// Undistorted to distorted coordinates; `None` beyond the fold or 85 degrees.
+    /// Maps undistorted to distorted coordinates; returns `None` beyond the fold or beyond 85 degrees.
     pub(super) fn distort(&self, p: Vector2<T>) -> Option<Vector2<T>> {
         let limit = T::lit(MAX_TANGENT);
         if !(p.norm_squared() <= limit * limit) {
@@ -58,7 +58,7 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// The lens with `k1` added to its first radial coefficient.
+    /// Returns the lens with `k1` added to its first radial coefficient.
     ///
     /// # Errors
     /// [`CameraError::Distortion`] if the coefficient is then out of range.
@@ -81,7 +81,7 @@ impl<T: Scalar> Lens<T> {
         })
     }
 
-    /// Distorted to undistorted coordinates; `None` where the model is not invertible.
+    /// Maps distorted to undistorted coordinates; returns `None` where the model is not invertible.
     #[inline(always)]
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let limit = T::lit(MAX_TANGENT);
@@ -92,7 +92,8 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// Apart from [`Self::undistort`]: this saves 30 instructions in the push of a pinhole.
+    /// Undistorts by iteration. It is separate from [`Self::undistort`], which saves 30 instructions in the push of a
+    /// pinhole.
     #[inline(never)]
     fn undistort_by_iterations(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         match self {
@@ -123,10 +124,10 @@ pub struct RadialTangential<T> {
 as_coefficients!(RadialTangential, 5);
 
 impl<T: Scalar> RadialTangential<T> {
-    /// From `[k1, k2, p1, p2, k3]`, in OpenCV's order.
+    /// Returns the lens with the coefficients `[k1, k2, p1, p2, k3]`, in OpenCV's order.
     ///
     /// # Errors
-    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in size.
+    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in magnitude.
     #[inline(never)]
     pub fn try_new(coefficients: [T; 5]) -> Result<Self, CameraError> {
         check(&coefficients)?;
@@ -139,7 +140,7 @@ impl<T: Scalar> RadialTangential<T> {
         Ok(Self { coefficients, fold_squared: fold * fold })
     }
 
-    /// `[k1, k2, p1, p2, k3]`.
+    /// Returns `[k1, k2, p1, p2, k3]`.
     pub fn coefficients(&self) -> [T; 5] {
         self.coefficients
     }
@@ -148,7 +149,7 @@ impl<T: Scalar> RadialTangential<T> {
         (p.norm_squared() < self.fold_squared).then(|| self.map(p))
     }
 
-    /// Distorted point, without regard to the fold.
+    /// Returns the distorted point, without a check of the fold.
     fn map(&self, p: Vector2<T>) -> Vector2<T> {
         let [k1, k2, p1, p2, k3] = self.coefficients;
         let (x, y) = (p.x, p.y);
@@ -162,7 +163,7 @@ impl<T: Scalar> RadialTangential<T> {
         )
     }
 
-    /// Derivative of [`Self::map`] by the point: rows `x_d`, `y_d`; symmetric.
+    /// Returns the derivative of [`Self::map`] by the point, with the rows `x_d` and `y_d`. The matrix is symmetric.
     fn jacobian(&self, p: Vector2<T>) -> Matrix2<T> {
         let [k1, k2, p1, p2, k3] = self.coefficients;
         let (x, y) = (p.x, p.y);
@@ -179,7 +180,8 @@ impl<T: Scalar> RadialTangential<T> {
         )
     }
 
-    /// Newton's method, from the distorted point or a point inside the fold on the same line.
+    /// Undistorts by Newton's method, which starts at the distorted point, or at a point inside the fold on the same
+    /// line.
     fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let squared = d.norm_squared();
         let mut p = if squared < self.fold_squared {
@@ -217,10 +219,10 @@ pub struct Fisheye<T> {
 as_coefficients!(Fisheye, 4);
 
 impl<T: Scalar> Fisheye<T> {
-    /// From `[k1, k2, k3, k4]`, in OpenCV's order.
+    /// Returns the lens with the coefficients `[k1, k2, k3, k4]`, in OpenCV's order.
     ///
     /// # Errors
-    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in size.
+    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in magnitude.
     pub fn try_new(coefficients: [T; 4]) -> Result<Self, CameraError> {
         check(&coefficients)?;
         let limit = T::lit(MAX_TANGENT).atan();
@@ -229,19 +231,19 @@ impl<T: Scalar> Fisheye<T> {
         Ok(lens)
     }
 
-    /// `[k1, k2, k3, k4]`.
+    /// Returns `[k1, k2, k3, k4]`.
     pub fn coefficients(&self) -> [T; 4] {
         self.coefficients
     }
 
-    /// Distorted angle `theta_d`, rad.
+    /// Returns the distorted angle `theta_d`, rad.
     fn angle(&self, theta: T) -> T {
         let [k1, k2, k3, k4] = self.coefficients;
         let s = theta * theta;
         theta * (T::ONE + s * (k1 + s * (k2 + s * (k3 + s * k4))))
     }
 
-    /// Derivative of [`Self::angle`].
+    /// Returns the derivative of [`Self::angle`].
     fn slope(&self, theta: T) -> T {
         let [k1, k2, k3, k4] = self.coefficients;
         let s = theta * theta;
@@ -258,8 +260,8 @@ impl<T: Scalar> Fisheye<T> {
         Some(if radius > T::EPSILON { p * (self.angle(theta) / radius) } else { p })
     }
 
-    /// Newton's method in a bracket: the polynomial rises up to the fold, so bisection replaces
-    /// every step that leaves the bracket.
+    /// Undistorts by Newton's method in a bracket. The polynomial rises up to the fold, so bisection can replace every
+    /// step that leaves the bracket.
     fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let target = d.norm();
         if target <= T::EPSILON {

@@ -6,15 +6,15 @@ use super::extrinsics::Extrinsics;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_LENS_CORRECTION;
 
-/// Correction of the lens model of the right camera: the two parameters that pairs tell from the extrinsics. Rows show
-/// the difference of the cameras; they do not tell which one has changed. The left one stays as given.
+/// Correction of the lens model of the right camera: the two parameters that pairs can separate from the extrinsics.
+/// Rows show only the difference between the cameras, and not which camera has changed. The left camera stays as given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct LensCorrection<T> {
-    /// Relative focal length: 0.001 makes the right one longer by 0.1 %.
+    /// Relative change of the focal lengths of the right camera: 0.001 makes them longer by 0.1 %.
     pub focal: T,
-    /// Radial coefficient `k1`.
+    /// Change of the radial coefficient `k1` of the right camera.
     pub k1: T,
 }
 
@@ -22,23 +22,23 @@ impl<T: Scalar> LensCorrection<T> {
     /// The lens models as given.
     pub const NONE: Self = Self { focal: T::ZERO, k1: T::ZERO };
 
-    /// Whether the lens models are as given.
+    /// Returns whether the lens models are as given.
     pub fn is_none(&self) -> bool {
         *self == Self::NONE
     }
 
-    /// Whether each part is finite and within the range of a correction.
+    /// Returns whether each part is finite and within the range of a correction.
     pub(crate) fn is_valid(&self) -> bool {
         let most = T::lit(MAX_LENS_CORRECTION);
         self.focal.abs() <= most && self.k1.abs() <= most
     }
 
-    /// The sum of this correction and a further one.
+    /// Returns the sum of this correction and a further one.
     pub(crate) fn plus(&self, other: &Self) -> Self {
         Self { focal: self.focal + other.focal, k1: self.k1 + other.k1 }
     }
 
-    /// Change of right rays from one correction to another.
+    /// Returns the change of right rays from this correction to another.
     pub(crate) fn change_to(&self, other: &Self) -> RayChange<T> {
         let scale = (T::ONE + self.focal) / (T::ONE + other.focal);
         RayChange { scale, k1: other.k1 - self.k1 }
@@ -53,7 +53,7 @@ pub(crate) struct RayChange<T> {
 }
 
 impl<T: Scalar> RayChange<T> {
-    /// A ray at unit depth with the new lens model.
+    /// Returns a ray at unit depth with the new lens model.
     pub(crate) fn of(&self, ray: Vector2<T>) -> Vector2<T> {
         ray * (self.scale * (T::ONE - self.k1 * ray.norm_squared()))
     }
@@ -91,7 +91,7 @@ mod tests {
         Lens::RadialTangential(RadialTangential::try_new(brown).unwrap())
     }
 
-    /// Distance of a changed ray from that of the corrected camera, px.
+    /// Returns the distance between a changed ray and the ray of the corrected camera, px.
     fn error(lens: Lens<f64>, from: LensCorrection<f64>, to: LensCorrection<f64>) -> f64 {
         let pixel = [540.0, 90.0];
         let [old, new] =
@@ -111,7 +111,7 @@ mod tests {
         let by = |k1| LensCorrection { focal: 0.001, k1 };
         let [large, small] = [4e-3, 2e-3].map(|k1| error(Lens::Pinhole, by(0.0), by(k1)));
         assert!(small < 0.01 && (large / small - 4.0).abs() < 0.1, "{large} {small}");
-        // The remainder between two corrections that differ little, for any lens.
+        // Between two corrections that differ little, the remainder is small for any lens.
         let fisheye = Fisheye::try_new([-0.013, 0.027, -0.031, 0.011]).unwrap();
         let [a, b] =
             [(0.002, 0.003), (0.0021, 0.0032)].map(|(focal, k1)| LensCorrection { focal, k1 });

@@ -9,7 +9,7 @@ use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::so3;
 use crate::scalar::Scalar;
 
-/// Angle between two baseline directions, `e_t` of eq 23, rad, in `0..=pi`.
+/// Returns the angle between two baseline directions, `e_t` of eq 23, rad, in `0..=pi`.
 ///
 /// * `a`, `b`: unit vectors in one frame, dimensionless.
 ///
@@ -19,15 +19,15 @@ pub fn baseline_angle<T: Scalar>(a: &Unit<Vector3<T>>, b: &Unit<Vector3<T>>) -> 
     a.cross(b).norm().atan2(a.dot(b))
 }
 
-/// `e_theta = |theta* - theta|` of eq 24: distance between the two rotation vectors, rad.
+/// Returns `e_theta = |theta* - theta|` of eq 24: the distance between the two rotation vectors, rad.
 ///
-/// Discontinuous where a rotation is near pi (erratum 6); [`rotation_angle`] is not.
+/// It is discontinuous where a rotation is near pi (erratum 6); [`rotation_angle`] is continuous.
 #[must_use]
 pub fn rotation_distance<T: Scalar>(a: &Rotation3<T>, b: &Rotation3<T>) -> T {
     (so3::log(a) - so3::log(b)).norm()
 }
 
-/// Angle of the rotation from one rotation to the other, rad, in `0..=pi`.
+/// Returns the angle of the rotation from one rotation to the other, rad, in `0..=pi`.
 ///
 /// Equal to `e_theta` to first order for small rotations, and continuous everywhere.
 #[must_use]
@@ -35,7 +35,7 @@ pub fn rotation_angle<T: Scalar>(a: &Rotation3<T>, b: &Rotation3<T>) -> T {
     so3::log(&(a.inverse() * b)).norm()
 }
 
-/// `e_t` and `e_theta` of one estimate, or their RMS over many (`sigma_t`, `sigma_theta`), rad.
+/// `e_t` and `e_theta` of one estimate, or their RMS over many estimates (`sigma_t`, `sigma_theta`), rad.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Deviation<T> {
     /// Error of the baseline direction, `e_t`, rad.
@@ -45,7 +45,7 @@ pub struct Deviation<T> {
 }
 
 impl<T: Scalar> Deviation<T> {
-    /// Deviation of `estimate` from `reference` (eqs 23, 24).
+    /// Returns the deviation of `estimate` from `reference` (eqs 23, 24).
     #[must_use]
     pub fn between(estimate: &Extrinsics<T>, reference: &Extrinsics<T>) -> Self {
         Self {
@@ -54,9 +54,9 @@ impl<T: Scalar> Deviation<T> {
         }
     }
 
-    /// Root mean square over single-pair deviations: `sigma_t`, `sigma_theta` (eqs 25, 26).
+    /// Returns the root mean square over single-pair deviations: `sigma_t`, `sigma_theta` (eqs 25, 26).
     ///
-    /// `None` for no deviations. Cost: two products a deviation.
+    /// `None` without deviations. Cost: two products per deviation.
     #[must_use]
     pub fn root_mean_square(deviations: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut count = 0_u32;

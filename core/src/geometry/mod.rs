@@ -1,5 +1,5 @@
-//! Geometry of the rig beyond [`Camera`](crate::Camera) and [`Extrinsics`](crate::Extrinsics): lens models, rectification,
-//! rotations, and the errors of all of them.
+//! Geometry of the rig beyond [`Camera`](crate::Camera) and [`Extrinsics`](crate::Extrinsics): lens models,
+//! rectification, rotations, error metrics, and the error types of these operations.
 //!
 //! Frames: x right, y down, z forward. Rays at unit depth, dimensionless; pixels in px, angles in rad.
 

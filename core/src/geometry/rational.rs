@@ -1,8 +1,8 @@
 //! Rational lens model of OpenCV: the radial polynomial over a second one.
 //!
-//! Calibrations with `cv::CALIB_RATIONAL_MODEL` and the factory files of some stereo cameras have it. Points are
+//! Calibrations with `cv::CALIB_RATIONAL_MODEL` and the factory files of some stereo cameras use this model. Points are
 //! normalised image coordinates (unit depth), dimensionless. The model ends where its slope vanishes, or where its
-//! denominator does.
+//! denominator vanishes.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -32,10 +32,10 @@ pub struct Rational<T> {
 as_coefficients!(Rational, 8);
 
 impl<T: Scalar> Rational<T> {
-    /// From `[k1, k2, p1, p2, k3, k4, k5, k6]`, in OpenCV's order.
+    /// Returns the lens with the coefficients `[k1, k2, p1, p2, k3, k4, k5, k6]`, in OpenCV's order.
     ///
     /// # Errors
-    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in size.
+    /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in magnitude.
     pub fn try_new(coefficients: [T; 8]) -> Result<Self, CameraError> {
         check(&coefficients)?;
         let limit = T::lit(MAX_TANGENT);
@@ -45,18 +45,19 @@ impl<T: Scalar> Rational<T> {
         Ok(lens)
     }
 
-    /// `[k1, k2, p1, p2, k3, k4, k5, k6]`.
+    /// Returns `[k1, k2, p1, p2, k3, k4, k5, k6]`.
     pub fn coefficients(&self) -> [T; 8] {
         self.coefficients
     }
 
-    /// The lens with `by s` added to its `g`. The product with the denominator has a term of `s^4`, which is left out.
+    /// Returns the lens with `by s` added to its `g`. The product with the denominator has a term of `s^4`, which is
+    /// left out.
     pub(super) fn corrected(&self, by: T) -> Result<Self, CameraError> {
         let [k1, k2, p1, p2, k3, k4, k5, k6] = self.coefficients;
         Self::try_new([k1 + by, k2 + by * k4, p1, p2, k3 + by * k5, k4, k5, k6])
     }
 
-    /// `g` and its slope at a squared radius; `None` where the denominator is near 0 or below.
+    /// Returns `g` and its slope at a squared radius `s`; `None` where the denominator is close to 0 or negative.
     fn radial(&self, s: T) -> Option<Radial<T>> {
         let [k1, k2, _, _, k3, k4, k5, k6] = self.coefficients;
         let (two, three) = (T::lit(2.0), T::lit(3.0));
@@ -75,7 +76,8 @@ impl<T: Scalar> Rational<T> {
         (p.norm_squared() < self.fold * self.fold).then(|| self.map(p)).flatten()
     }
 
-    /// Distorted point, without regard to the fold.
+    /// Returns the distorted point, without a check of the fold; `None` where the denominator is close to 0 or
+    /// negative.
     fn map(&self, p: Vector2<T>) -> Option<Vector2<T>> {
         let [_, _, p1, p2, ..] = self.coefficients;
         let (xx, yy, xy) = (p.x * p.x, p.y * p.y, p.x * p.y);
@@ -87,7 +89,7 @@ impl<T: Scalar> Rational<T> {
         ))
     }
 
-    /// Derivative of [`Self::map`] by the point: rows `x_d`, `y_d`; symmetric.
+    /// Returns the derivative of [`Self::map`] by the point, with the rows `x_d` and `y_d`. The matrix is symmetric.
     fn jacobian(&self, p: Vector2<T>) -> Option<Matrix2<T>> {
         let [_, _, p1, p2, ..] = self.coefficients;
         let (two, six) = (T::lit(2.0), T::lit(6.0));
@@ -101,7 +103,8 @@ impl<T: Scalar> Rational<T> {
         ))
     }
 
-    /// Newton's method from the point that the radial part alone gives. The result is distorted again and compared.
+    /// Undistorts by Newton's method, which starts at the point that the radial part alone gives. The result is
+    /// distorted again and compared with `d`.
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let mut p = self.radial_inverse(d)?;
         for _ in 0..MAX_NEWTON_STEPS {
@@ -112,13 +115,14 @@ impl<T: Scalar> Rational<T> {
                 break;
             }
         }
-        // Where the model is flat, rounding moves every step: the residual decides.
+        // Where the model is flat, rounding dominates every step, so the residual decides.
         let largest = T::lit(RATIONAL_RESIDUAL_ULPS) * T::EPSILON * (T::ONE + p.amax() + d.amax());
         self.distort(p).filter(|back| (back - d).amax() <= largest).map(|_| p)
     }
 
-    /// The point on the line of `d` that the radial part maps to `d`, or a point near the fold. Newton's method in a
-    /// bracket: the radial part rises up to the fold, so bisection replaces every step that leaves the bracket.
+    /// Returns the point on the line of `d` that the radial part maps to `d`, or a point near the fold. This is
+    /// Newton's method in a bracket: the radial part rises up to the fold, so bisection can replace every step that
+    /// leaves the bracket.
     fn radial_inverse(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let target = d.norm();
         if !(target > T::EPSILON) {
@@ -154,7 +158,7 @@ struct Radial<T> {
 }
 
 impl<T: Scalar> Radial<T> {
-    /// Derivative of `r g` by the radius `r`.
+    /// Returns the derivative of `r g` by the radius `r`.
     fn rise(&self, r: T) -> T {
         self.value + T::lit(2.0) * r * r * self.slope
     }
@@ -166,7 +170,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A wide lens, as `cv::calibrateCamera` returns it: large coefficients above and below.
+    /// A wide lens, as `cv::calibrateCamera` returns it: large coefficients in numerator and denominator.
     const WIDE: [f64; 8] = [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2];
 
     fn any() -> impl Strategy<Value = Rational<f64>> {

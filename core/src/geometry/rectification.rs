@@ -1,7 +1,7 @@
 //! The two rectifying rotations and the extrinsics they are equivalent to (eqs 6-8).
 //!
-//! The rotations have six parameters, the extrinsics five: a common rotation about the baseline
-//! leaves all row offsets as they are. The gauge `r_r2 . i_3 = 0` (eq 8) fixes it.
+//! The rotations have six parameters, the extrinsics five: a common rotation about the baseline leaves all row offsets
+//! as they are. The gauge `r_r2 . i_3 = 0` (eq 8) fixes this rotation.
 
 use nalgebra::{ArrayStorage, Matrix3, Rotation3, Vector2, Vector3, Vector5};
 
@@ -21,8 +21,8 @@ pub struct RectifyingRotations<T: Scalar> {
 }
 
 impl<T: Scalar> From<&Extrinsics<T>> for RectifyingRotations<T> {
-    /// `R_r` = rows `-t`, `normalize(i_3 x r_r1)`, `r_r1 x r_r2` (eq 8; the paper omits the
-    /// normalisation); `R_l = R_r R` (eq 7).
+    /// Returns `R_r` with the rows `-t`, `normalize(i_3 x r_r1)`, `r_r1 x r_r2` (eq 8; the paper omits the
+    /// normalisation), and `R_l = R_r R` (eq 7).
     #[inline(never)]
     fn from(extrinsics: &Extrinsics<T>) -> Self {
         let r1 = -extrinsics.translation().into_inner();
@@ -36,7 +36,7 @@ impl<T: Scalar> From<&Extrinsics<T>> for RectifyingRotations<T> {
 }
 
 impl<T: Scalar> core::fmt::Display for RectifyingRotations<T> {
-    /// Both as rotation vectors, rad.
+    /// Writes both rotations as rotation vectors, rad.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         let [[[a, b, c]], [[x, y, z]]] = [self.left, self.right].map(|r| so3::log(&r).data.0);
         write!(f, "R_l {a:.5} {b:.5} {c:.5} rad, R_r {x:.5} {y:.5} {z:.5} rad")
@@ -52,7 +52,7 @@ impl<T: Scalar + defmt::Format> defmt::Format for RectifyingRotations<T> {
 }
 
 impl<T: Scalar> RectifyingRotations<T> {
-    /// Both identity: the rectification of [`Extrinsics::SIDE_BY_SIDE`].
+    /// Both rotations are the identity: the rectification of [`Extrinsics::SIDE_BY_SIDE`].
     pub(crate) const SIDE_BY_SIDE: Self = {
         let identity = *Extrinsics::SIDE_BY_SIDE.rotation();
         Self { left: identity, right: identity }
@@ -65,17 +65,17 @@ impl<T: Scalar> RectifyingRotations<T> {
         Self { left: rotation, right: rotation }
     };
 
-    /// `R_l`, left camera frame to rectified frame.
+    /// Returns `R_l`, left camera frame to rectified frame.
     pub fn left(&self) -> &Rotation3<T> {
         &self.left
     }
 
-    /// `R_r`, right camera frame to rectified frame.
+    /// Returns `R_r`, right camera frame to rectified frame.
     pub fn right(&self) -> &Rotation3<T> {
         &self.right
     }
 
-    /// `R = R_r^T R_l`, `t = -r_r1` (eq 7).
+    /// Returns `R = R_r^T R_l`, `t = -r_r1` (eq 7).
     ///
     /// # Errors
     /// [`ExtrinsicsError::AlongOpticalAxis`]: the baseline is within 6 degrees of an axis.
@@ -85,14 +85,14 @@ impl<T: Scalar> RectifyingRotations<T> {
         Extrinsics::try_new(&so3::product(&m.transpose(), self.left.matrix()), &t)
     }
 
-    /// Both rotations after a step of the five unknowns (left perturbations, eq 19).
+    /// Returns both rotations after a step of the five unknowns (left perturbations, eq 19).
     ///
     /// * `rotation`: rotation vector of `R` in the rectified frame, rad; it changes `R_l` alone.
     /// * `baseline`: rotation of both views about the rectified y and z axes, rad; it moves `t` by
     ///   `(0, baseline_z, -baseline_y)` in the rectified frame.
     ///
-    /// `None` if a view turns by more than 1.5 rad or the gauge is not defined after the step.
-    /// Out of line: its temporaries leave the caller's stack.
+    /// `None` if a view turns by more than 1.5 rad or the gauge is not defined after the step. Out of line, so that its
+    /// temporaries are not on the caller's stack.
     #[inline(never)]
     pub(crate) fn stepped(&self, rotation: &Vector3<T>, baseline: &Vector2<T>) -> Option<Self> {
         let right = Vector3::new(baseline.y * self.gauge_slope(), baseline.x, baseline.y);
@@ -109,11 +109,11 @@ impl<T: Scalar> RectifyingRotations<T> {
         .regauged()
     }
 
-    /// The five unknowns that lead from this pose to another, rad, to first order: rotation of `R`
-    /// about the rectified x, y, z, then of the baseline about y and z.
+    /// Returns the five unknowns that lead from this pose to another, rad, to first order: rotation of `R` about the
+    /// rectified x, y, z, then of the baseline about y and z.
     ///
-    /// Inverse of a step of these unknowns, up to the square of its length. Components of the rotation are at
-    /// most pi, and components of the baseline at most 10, which a perpendicular baseline reaches.
+    /// This is the inverse of a step by these unknowns, up to the square of the step length. Components of the rotation
+    /// are at most pi, and components of the baseline at most 10, which a perpendicular baseline reaches.
     #[must_use]
     #[inline(never)]
     pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {
@@ -123,25 +123,25 @@ impl<T: Scalar> RectifyingRotations<T> {
             so3::product(&turned(&other.right, &other.left), &turned(&self.left, &self.right));
         let w = self.right * so3::log(&Rotation3::from_matrix_unchecked(turn));
         let t = -(self.right.matrix() * other.right.matrix().row(0).transpose());
-        // Bounded for a baseline perpendicular to this one.
+        // Bounded, so that the quotients are finite for a baseline perpendicular to this one.
         let along = (-t.x).max(T::lit(MIN_LATERAL));
         Vector5::new(w.x, w.y, w.z, -t.z / along, t.y / along)
     }
 
-    /// [`Self::stepped`] by all five unknowns, rad: `rotation`, then `baseline`.
+    /// Returns [`Self::stepped`] by all five unknowns, rad: `rotation`, then `baseline`.
     pub(crate) fn stepped_by(&self, d: &Vector5<T>) -> Option<Self> {
         self.stepped(&Vector3::new(d.x, d.y, d.z), &Vector2::new(d.w, d.a))
     }
 
-    /// Rotation about the baseline per rotation of both views about the rectified z that keeps the
-    /// gauge to first order, dimensionless: `r_13 / r_33` of `R_r`.
+    /// Returns the gauge slope `r_13 / r_33` of `R_r`, dimensionless. It is the rotation about the baseline, per
+    /// rotation of both views about the rectified z axis, that keeps the gauge to first order.
     pub(crate) fn gauge_slope(&self) -> T {
         let m = self.right.matrix();
         m.m13 / m.m33
     }
 
-    /// Rotates both views about the baseline so that `r_r2 . i_3 = 0` holds to rounding; `None`
-    /// near the pole, where the baseline is along the optical axis.
+    /// Rotates both views about the baseline so that `r_r2 . i_3 = 0` holds up to rounding; returns `None` near the
+    /// pole, where the baseline is along the optical axis.
     fn regauged(&self) -> Option<Self> {
         let m = self.right.matrix();
         let lateral = (m.m23 * m.m23 + m.m33 * m.m33).sqrt();
@@ -164,7 +164,7 @@ pub(crate) mod tests {
     use crate::geometry::metrics::Deviation;
     use proptest::prelude::*;
 
-    /// Rectifying rotations of a rig with a rotation vector, rad, and a baseline `(-1, y, z)`.
+    /// Returns the rectifying rotations of a rig with a rotation vector, rad, and a baseline `(-1, y, z)`.
     pub(crate) fn pose(rotation: [f64; 3], t: [f64; 2]) -> RectifyingRotations<f64> {
         RectifyingRotations::from(&extrinsics(rotation, t))
     }
@@ -175,7 +175,7 @@ pub(crate) mod tests {
         Extrinsics::try_new(r.matrix(), &Vector3::new(-1.0, y, z)).unwrap()
     }
 
-    /// Rigs turned by up to `turn` rad an axis, with baselines of components up to `slope` across.
+    /// Generates rigs turned by up to `turn` rad per axis, whose baselines have lateral components of up to `slope`.
     fn rigs(turn: f64, slope: f64) -> impl Strategy<Value = Extrinsics<f64>> {
         let [turn, slope] = [turn, slope].map(|limit| move || -limit..limit);
         ([turn(), turn(), turn()], [slope(), slope()]).prop_map(|(r, t)| extrinsics(r, t))
@@ -221,7 +221,7 @@ pub(crate) mod tests {
             let before = RectifyingRotations::from(&rig);
             let d = Vector5::from(step) * size;
             let found = before.unknowns_to(&before.stepped_by(&d).unwrap());
-            // 1e-15: rounding.
+            // 1e-15 allows for rounding.
             prop_assert!((found - d).norm() <= d.norm_squared() + 1e-15, "{found} {d}");
             prop_assert!(before.unknowns_to(&before).norm() < 1e-15);
         }

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Rotation3, Vector3};
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_ROTATION_DEFECT, NEWTON_SCHULZ_STEPS};
 
-/// `exp([w]x)`: the rotation by `|w|` radians about `w`.
+/// Returns `exp([w]x)`: the rotation by `|w|` radians about `w`.
 ///
 /// Error of an element below 5e-7 in `f32` up to pi; it grows with `|w|` above pi.
 /// `None` if the square of `w` is not finite. Cost: no sine, no cosine; one square root above pi.
@@ -27,7 +27,8 @@ pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {
     Some(Rotation3::from_matrix_unchecked(newton_schulz(&exp_matrix(&within))))
 }
 
-/// Rotation vector in radians, `|w| <= pi`, whose [`exp`] is `r`, by its unit quaternion.
+/// Returns the rotation vector of `r` in radians, of length at most pi. This is the inverse of [`exp`], computed from
+/// the unit quaternion.
 ///
 /// Absolute error below 1e-6 rad in `f32` at any angle, relative error below 1e-6 near zero.
 #[must_use]
@@ -41,7 +42,7 @@ pub fn log<T: Scalar>(r: &Rotation3<T>) -> Vector3<T> {
     }
 }
 
-/// `exp([w]x) r`, orthonormalised: the left perturbation of eq 19.
+/// Returns `exp([w]x) r`, orthonormalised: the left perturbation of eq 19.
 ///
 /// * `w`: rad, `|w| <= pi`.
 ///
@@ -52,7 +53,7 @@ pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotati
     Rotation3::from_matrix_unchecked(newton_schulz(&turned))
 }
 
-/// The rotation nearest to `m` (polar factor), if `m` is a rotation up to about 0.1 in its elements.
+/// Returns the rotation nearest to `m` (polar factor) if `m` is a rotation up to about 0.1 in its elements.
 ///
 /// `None` if `m` is not finite, too far from orthonormal, or a reflection.
 #[must_use]
@@ -67,7 +68,7 @@ pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
     Some(Rotation3::from_matrix_unchecked(nearest))
 }
 
-/// `a b`, written out: at opt-level "s" the generic product is a loop over slices.
+/// Returns `a b`. The product is written out, because the generic product is a loop over slices at opt-level "s".
 pub(crate) fn product<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     Matrix3::new(
         a.m11 * b.m11 + a.m12 * b.m21 + a.m13 * b.m31,
@@ -82,8 +83,8 @@ pub(crate) fn product<T: Scalar>(a: &Matrix3<T>, b: &Matrix3<T>) -> Matrix3<T> {
     )
 }
 
-/// One Newton-Schulz step towards the orthonormal polar factor, `m + m (I - m^T m) / 2`: products
-/// only, no square root. Written out, as [`product`].
+/// Takes one Newton-Schulz step towards the orthonormal polar factor, `m + m (I - m^T m) / 2`: products only, no square
+/// root. It is written out for the same reason as [`product`].
 #[rustfmt::skip]
 fn newton_schulz<T: Scalar>(m: &Matrix3<T>) -> Matrix3<T> {
     let transposed =
@@ -103,7 +104,7 @@ fn newton_schulz<T: Scalar>(m: &Matrix3<T>) -> Matrix3<T> {
     )
 }
 
-/// Rotation matrix of the unit quaternion `(cos h, sin h / h * w / 2)`, `h = |w| / 2`.
+/// Returns the rotation matrix of the unit quaternion `(cos h, sin h / h * w / 2)`, `h = |w| / 2`.
 ///
 /// * `w`: rad, `|w| <= pi`.
 #[rustfmt::skip]
@@ -123,16 +124,17 @@ fn exp_matrix<T: Scalar>(w: &Vector3<T>) -> Matrix3<T> {
     )
 }
 
-/// `sin(h) / h` and `cos(h)` of `x = h^2`, `h` in `0..=pi/2` rad; truncation error below 1e-18.
+/// Returns `sin(h) / h` and `cos(h)` for `x = h^2`, `h` in `0..=pi/2` rad; truncation error below 1e-18.
 ///
-/// A power series: the sine of `libm` computes in `f64`, which a controller emulates in software.
+/// This is a power series, because the sine of `libm` computes in `f64`, which a controller emulates in software.
 pub(crate) fn sinc_cos<T: Scalar>(x: T) -> (T, T) {
     // `1 - c0 x (1 - c1 x (1 - ...))`.
     let nested = |c: &[T]| c.iter().rev().fold(T::ONE, |sum, c| T::ONE - x * *c * sum);
     (nested(&T::SINE), nested(&T::COSINE))
 }
 
-/// Unit quaternion `(real, imaginary)`, `real >= 0`, from its largest square (Shepperd's method).
+/// Returns the unit quaternion `(real, imaginary)`, `real >= 0`, computed from its largest component (Shepperd's
+/// method).
 fn quaternion<T: Scalar>(m: &Matrix3<T>) -> (T, Vector3<T>) {
     let quarter = T::HALF * T::HALF;
     let (xx, yy, zz) = (m.m11, m.m22, m.m33);
@@ -170,7 +172,7 @@ mod tests {
             .prop_map(|v| v.normalize())
     }
 
-    /// 1e-7 to pi by orders of magnitude, and the neighbourhoods of 0 and pi.
+    /// Generates 0, angles from 1e-7 to pi by orders of magnitude, and angles close to pi.
     fn angle() -> impl Strategy<Value = f64> {
         use core::f64::consts::PI;
         prop_oneof![

@@ -14,7 +14,7 @@ macro_rules! counters {
         impl Counters {
             pub(super) const ZERO: Self = Self { $($field: 0,)* };
 
-            /// Sum of the counts of two decoders.
+            /// Returns the sum of the counts of two decoders.
             #[must_use]
             pub const fn plus(&self, other: &Self) -> Self {
                 Self { $($field: self.$field.saturating_add(other.$field),)* }
@@ -30,15 +30,15 @@ counters! {
     bad_crc,
     /// Frame starts whose header has a wrong CRC.
     bad_header,
-    /// Headers with a correct CRC and content outside version 1.
+    /// Headers whose CRC is correct, but whose content is not of version 1.
     unsupported,
     /// Frames cut short by the start of the next frame.
     truncated,
     /// Frames missing between received sequence numbers.
     gaps,
-    /// Frames with the sequence number of the frame before; dropped.
+    /// Frames with the sequence number of the previous frame; they are dropped.
     repeats,
-    /// Steps back of the sequence number: the sender restarted.
+    /// Backward steps of the sequence number: the sender restarted.
     restarts,
     /// Frames flagged "frames dropped before this one" by the sender, and overruns that the receiver reported.
     overruns,
@@ -48,7 +48,7 @@ counters! {
     skipped_bytes,
 }
 
-/// Adds 1, saturating.
+/// Adds 1 to a counter; saturates.
 pub(super) fn count(counter: &mut u32) {
     *counter = counter.saturating_add(1);
 }

@@ -13,7 +13,7 @@ impl FrameCrc {
     /// Length on the wire, bytes.
     pub const BYTES: usize = CRC_BYTES;
 
-    /// CRC of a frame without records.
+    /// Returns the CRC of a frame before its first record.
     ///
     /// * `header`: encoded header; its last 4 bytes, the header CRC, are left out.
     #[must_use]
@@ -31,7 +31,7 @@ impl FrameCrc {
         self.add_words(record_words(record));
     }
 
-    /// Adds one record in words.
+    /// Adds one record, given as words.
     #[inline(always)]
     pub(super) fn add_words(&mut self, [a, b, c, d]: [u32; 4]) {
         self.0.update_word(a);
@@ -40,7 +40,7 @@ impl FrameCrc {
         self.0.update_word(d);
     }
 
-    /// CRC of the header and the records added so far.
+    /// Returns the CRC of the header and the records added so far.
     #[must_use]
     pub fn value(&self) -> u32 {
         self.0.value()

@@ -11,16 +11,17 @@ use super::sink::{FrameRefusal, FrameSink, Received};
 use super::window::{Taken, Window};
 use crate::batch::correspondence::Correspondence;
 
-/// Resynchronising frame decoder; takes the stream in pieces of any length. Below 256 bytes of RAM.
+/// Frame decoder that resynchronises after damage. It takes the stream in pieces of any length. RAM: less than 256
+/// bytes.
 ///
-/// It buffers no frame: matches are handed out as they arrive, and [`Event::Finished`] verifies them.
-/// Every byte, inside a frame too, is tested as the start of a header; a header with a correct CRC ends
-/// the frame before it. Damage therefore costs only the frames it touches.
+/// It buffers no frame: matches are handed out as they arrive, and [`Event::Finished`] verifies them. Every byte, also
+/// inside a frame, is tested as the start of a header; a header with a correct CRC ends the frame before it. Damage
+/// therefore costs only the frames it touches.
 ///
-/// Work is bounded by the length of the stream, whatever its bytes: each is looked at once as part of a header, once as
-/// part of a frame, and twice more in a whole header; a test counts this. A byte where a header may start takes more
-/// instructions than in a frame: on a Cortex-M4F 4 to 8 times as many where the magic of a header repeats, 10 to 12
-/// times as many where headers do.
+/// The work is bounded by the length of the stream, whatever its bytes are. Each byte is read once as part of a header
+/// and once as part of a frame; a byte of a whole header is read twice more. A test counts this. A byte where a header
+/// may start takes more instructions than a byte of a frame. On a Cortex-M4F the factor is 4 to 8 for a repeated magic,
+/// and 10 to 12 for repeated headers.
 ///
 /// ```
 /// use stereo_selfcal::link::{Decoder, Event};
@@ -40,17 +41,17 @@ use crate::batch::correspondence::Correspondence;
 pub struct Decoder {
     window: Window,
     frame: Option<FrameBody>,
-    /// Leading bytes of the window that belong to a whole frame and do not count as skipped.
+    /// Number of leading bytes of the window that belong to a whole frame and do not count as skipped.
     received: usize,
     /// Sequence number of the last whole frame.
     last: Option<u32>,
     counters: Counters,
-    /// Times that any byte was looked at.
+    /// Number of times that any byte was read.
     #[cfg(test)]
     work: usize,
 }
 
-/// Counts bytes that are looked at, in tests.
+/// Counts the bytes that are read; in tests only.
 macro_rules! work {
     ($decoder:ident, $bytes:expr) => {
         #[cfg(test)]
@@ -61,7 +62,7 @@ macro_rules! work {
 }
 
 impl Decoder {
-    /// Decoder before its first frame.
+    /// Returns a decoder before its first frame.
     #[must_use]
     pub const fn new() -> Self {
         let (window, counters) = (Window::new(), Counters::ZERO);
@@ -76,9 +77,10 @@ impl Decoder {
         }
     }
 
-    /// Decodes up to the next event and removes the bytes it used from the front of `bytes`.
+    /// Decodes up to the next event, returns the event, and removes the used bytes from the front of `bytes`.
     ///
-    /// `None`: `bytes` is used up. Work is bounded by its length; a record in one piece is decoded at once.
+    /// Returns `None` if `bytes` is used up. The work is bounded by the length of `bytes`; a record in one piece is
+    /// decoded at once.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         while self.window.is_header() || !bytes.is_empty() {
             let event = match self.take_record(bytes) {
@@ -93,11 +95,11 @@ impl Decoder {
         None
     }
 
-    /// Feeds `bytes` into `sink` up to the end of the first whole frame and removes the bytes it used
-    /// from the front; for a receiver with its own buffers. `None`: `bytes` is used up.
+    /// Feeds `bytes` into `sink` up to the end of the first whole frame, and removes the used bytes from the front.
+    /// This is for a receiver with its own buffers. Returns `None` if `bytes` is used up before a frame is whole.
     ///
     /// # Errors
-    /// [`FrameRefusal`], once a frame. Feed the rest of `bytes` next.
+    /// [`FrameRefusal`], once per frame. Feed the rest of `bytes` next.
     pub fn feed(
         &mut self,
         bytes: &mut &[u8],
@@ -129,26 +131,27 @@ impl Decoder {
         }
     }
 
-    /// Bytes to the end of the current frame; between frames, to the end of the next header. A driver that reads no
-    /// more than this never holds bytes of the next frame.
+    /// Returns the number of bytes to the end of the current frame, or between frames to the end of the next header. A
+    /// driver that reads no more than this never holds bytes of the next frame.
     #[must_use]
     pub fn bytes_wanted(&self) -> usize {
         let to_header = HEADER_BYTES.saturating_sub(self.window.held());
         self.frame.as_ref().map_or(to_header, FrameBody::bytes_left).max(1)
     }
 
-    /// Statistics since the decoder was created.
+    /// Returns the statistics since the decoder was created.
     #[must_use]
     pub fn counters(&self) -> &Counters {
         &self.counters
     }
 
-    /// Counts an overrun on the receiver's side: a DMA ring that wrapped, a UART that reports it.
+    /// Counts an overrun of the receiver, such as a DMA ring that wrapped or an overrun that a UART reports.
     pub fn note_overrun(&mut self) {
         count(&mut self.counters.overruns);
     }
 
-    /// Between frames: skips to the next possible header and takes one byte.
+    /// Skips to the next possible header between frames, and takes bytes until they complete a header or no begun
+    /// header remains.
     fn search(&mut self, bytes: &mut &[u8]) {
         if self.window.is_empty() {
             let start = bytes.iter().position(|&byte| byte == MAGIC[0]).unwrap_or(bytes.len());
@@ -168,7 +171,7 @@ impl Decoder {
         *bad = bad.saturating_add(taken.bad_headers);
     }
 
-    /// Moves on from a header, and counts the bytes that leave the window.
+    /// Moves the window on from a header, and counts the bytes that leave the window.
     fn slide(&mut self) {
         self.window.slide();
         self.skip(HEADER_BYTES.saturating_sub(self.window.held()));
@@ -185,12 +188,12 @@ impl Decoder {
     /// Takes the header that the window holds.
     #[inline(never)]
     fn take_header(&mut self) -> Option<Event> {
-        // The window stays: the next call takes it without a frame.
+        // The window keeps the header: the next call takes it, when there is no frame.
         if let Some(frame) = self.frame.take() {
             count(&mut self.counters.truncated);
             return frame.was_handed_out().then_some(Event::Discarded(Damage::Truncated));
         }
-        // A copy, and the start of the frame's CRC.
+        // The header is copied, and its bytes begin the CRC of the frame.
         work!(self, 2 * HEADER_BYTES);
         let bytes = self.window.bytes();
         match FrameHeader::decode_fields(&bytes) {
@@ -200,7 +203,7 @@ impl Decoder {
                 None
             }
             Ok(header) => {
-                // If this frame is cut off here, its last byte may be the first of the next.
+                // If this frame is cut off here, the last byte of its header may be the first byte of the next frame.
                 self.window.slide();
                 self.received = 0;
                 let repeated = self.last == Some(header.sequence);
@@ -212,7 +215,7 @@ impl Decoder {
         }
     }
 
-    /// Inside a frame: takes the next record in one piece, if it holds no start of a header.
+    /// Takes the next record of a frame, if it is in one piece and holds no start of a header.
     #[inline(always)]
     fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
         let (before, mut step) = (bytes.len(), Step::None);
@@ -220,8 +223,8 @@ impl Decoder {
         (bytes.len() < before).then_some(step)
     }
 
-    /// Inside a frame: takes records in one piece up to the last, or to one that may hold the start of a header. The
-    /// loop avoids the copy of each match into an event.
+    /// Takes records of a frame in one piece, up to the last record or to a record that may hold the start of a header.
+    /// The loop avoids a copy of each match into an event.
     ///
     /// * `most`: largest number of records.
     #[inline(always)]
@@ -251,7 +254,7 @@ impl Decoder {
         None
     }
 
-    /// Inside a frame: takes bytes to the end of a record or of the CRC, or until they may be a header.
+    /// Takes bytes of a frame up to the end of the record or of the CRC, or until they complete a header.
     #[inline(never)]
     fn take_bytes(&mut self, bytes: &mut &[u8]) -> Option<Event> {
         let frame = self.frame.as_mut()?;
@@ -273,8 +276,8 @@ impl Decoder {
 
     fn finish(&mut self, whole: bool) -> Option<Event> {
         let frame = self.frame.take()?;
-        // The window stays: the next frame may start within the last bytes even of a whole frame, if that was cut off
-        // and the start of the next one completes it.
+        // The window stays: the next frame may start within the last bytes of this frame, even if this frame is whole.
+        // That happens if this frame was cut off and the start of the next frame completes it.
         self.received = if whole { self.window.held() } else { 0 };
         if !whole {
             count(&mut self.counters.bad_crc);
@@ -344,7 +347,7 @@ mod tests {
         [&header[..], records.as_flattened(), &crc.value().to_le_bytes()].concat()
     }
 
-    /// Bytes looked at for each byte of a stream.
+    /// Returns the number of bytes read per byte of a stream.
     fn work_per_byte(stream: &[u8]) -> f64 {
         let (mut decoder, mut bytes) = (Decoder::new(), stream);
         while decoder.next(&mut bytes).is_some() {}

@@ -41,7 +41,7 @@ pub struct Encoder {
 }
 
 impl Encoder {
-    /// Begins a frame; returns the first bytes of it, the header.
+    /// Begins a frame; returns its first bytes, the header.
     ///
     /// # Errors
     /// [`HeaderError::FractionBits`], [`HeaderError::PyramidRatio`].
@@ -52,7 +52,7 @@ impl Encoder {
 
     /// Encodes the next match.
     ///
-    /// * `correspondence`: px of the image before undistortion; see [`MatchRecord::encode`].
+    /// * `correspondence`: match, in px of the image before undistortion; see [`MatchRecord::encode`].
     ///
     /// # Errors
     /// [`EncodeError::Coordinate`], [`EncodeError::Score`], [`EncodeError::GridStep`]: the match has no
@@ -81,7 +81,7 @@ impl Encoder {
     /// Encodes the next record.
     ///
     /// # Errors
-    /// [`EncodeError::Full`]: the frame has as many records as its header counts.
+    /// [`EncodeError::Full`]: the frame has all records that its header counts.
     pub fn push_record(&mut self, record: &MatchRecord) -> Result<[u8; RECORD_BYTES], EncodeError> {
         self.missing = self.missing.checked_sub(1).ok_or(EncodeError::Full)?;
         let bytes = record.to_bytes();
@@ -89,13 +89,13 @@ impl Encoder {
         Ok(bytes)
     }
 
-    /// Records that the frame still needs.
+    /// Returns the number of records that the frame still needs.
     #[must_use]
     pub fn missing(&self) -> u16 {
         self.missing
     }
 
-    /// The last bytes of the frame, its CRC.
+    /// Returns the last bytes of the frame: its CRC.
     ///
     /// # Errors
     /// [`EncodeError::Missing`]: the frame needs more records. Push them, or begin the next frame: the

@@ -10,7 +10,8 @@ use crate::batch::correspondence::Correspondence;
 pub enum Event {
     /// A frame starts.
     Started(FrameHeader),
-    /// Correspondence of the frame, in px, and its track, 0 without one. Unverified until [`Event::Finished`].
+    /// Correspondence of the frame, in px, and its track; 0 stands for a match without a track. Unverified until
+    /// [`Event::Finished`].
     Match(Correspondence<f32>, u16),
     /// The frame is whole and its CRC correct: every match since [`Event::Started`] is as sent.
     Finished(FrameHeader),
@@ -23,10 +24,10 @@ pub enum Event {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum Damage {
-    /// The CRC is wrong. If frequent, check wiring and clock of the bus.
+    /// The CRC is wrong. If this is frequent, check wiring and clock of the bus.
     #[error("the CRC of the frame is wrong")]
     Crc,
-    /// The next frame starts inside this one. If frequent, bytes are being lost.
+    /// The next frame starts inside this one. If this is frequent, bytes are being lost.
     #[error("the next frame starts inside this one")]
     Truncated,
 }

@@ -32,7 +32,7 @@ pub struct SpiSource<SPI, RDY> {
 }
 
 impl<SPI, RDY> FpgaMatcher<SPI, RDY> {
-    /// Driver over a bus, which is not accessed yet.
+    /// Returns a driver over a bus. The bus is not accessed yet.
     pub const fn new(spi: SPI, ready: RDY) -> Self {
         Self::over(SpiSource { spi, ready })
     }
@@ -63,8 +63,8 @@ impl<SPI: SpiDevice, RDY: InputPin> ReadySource for SpiSource<SPI, RDY> {
 impl<SPI: embedded_hal_async::spi::SpiDevice, RDY: embedded_hal_async::digital::Wait>
     FpgaMatcher<SPI, RDY>
 {
-    /// Waits until a frame is whole. Cancel-safe: the future may be dropped at any await, for a time-out; the next call
-    /// continues, and resynchronises after a broken transaction.
+    /// Waits until a frame is whole, and returns it. Cancel-safe: the future may be dropped at any await, for example
+    /// after a time-out; the next call continues, and resynchronises after a broken transaction.
     ///
     /// # Errors
     /// [`ReceiveError::Bus`], [`ReceiveError::Ready`], [`ReceiveError::Refused`].

@@ -11,7 +11,7 @@ use crate::batch::correspondence::Correspondence;
 pub(super) enum Disposition {
     /// Matches are handed out.
     Accepted,
-    /// Same sequence number as the frame before: dropped.
+    /// Same sequence number as the previous frame: dropped.
     Repeated,
     /// Refused by the sink: dropped.
     Refused,
@@ -52,30 +52,30 @@ impl FrameBody {
         Self { header, disposition, scales, crc, records_left, partial: [0; RECORD_BYTES], held: 0 }
     }
 
-    /// Whether the next byte is the first of a record.
+    /// Returns whether the next byte is the first of a record.
     #[inline(always)]
     fn is_at_record(&self) -> bool {
         self.held == 0 && self.records_left > 0
     }
 
-    /// Bytes to the end of the frame.
+    /// Returns the number of bytes to the end of the frame.
     pub(super) fn bytes_left(&self) -> usize {
         (usize::from(self.records_left) * RECORD_BYTES + CRC_BYTES).saturating_sub(self.held.into())
     }
 
-    /// Whether some of its matches may have been handed out.
+    /// Returns whether matches of the frame may have been handed out.
     pub(super) fn was_handed_out(&self) -> bool {
         self.disposition == Disposition::Accepted
     }
 
-    /// Place of the bytes that the current record, or the CRC, still lacks.
+    /// Returns the place of the missing bytes of the current record or of the CRC.
     #[inline(always)]
     pub(super) fn room(&mut self) -> &mut [u8] {
         let wanted = self.wanted();
         self.partial.get_mut(self.held.into()..wanted).unwrap_or_default()
     }
 
-    /// Takes the first bytes of [`Self::room`], as filled by the caller.
+    /// Takes the first `bytes` bytes of [`Self::room`], which the caller has filled.
     pub(super) fn take_filled(&mut self, bytes: usize) -> Step {
         self.held = self.held.saturating_add(u8::try_from(bytes).unwrap_or(u8::MAX));
         if usize::from(self.held) < self.wanted() {
@@ -96,16 +96,16 @@ impl FrameBody {
         Step::End(u32::from_le_bytes([c0, c1, c2, c3]) == self.crc.value())
     }
 
-    /// Length of the current record, or of the CRC.
+    /// Returns the length of the current record or of the CRC, bytes.
     fn wanted(&self) -> usize {
         if self.records_left > 0 { RECORD_BYTES } else { CRC_BYTES }
     }
 
-    /// Takes records in one piece from the front of `bytes`, up to the last, or to one that may hold the start of a
-    /// header.
+    /// Takes records in one piece from the front of `bytes`, up to the last record or to a record that may hold the
+    /// start of a header.
     ///
-    /// * `most`: largest number of records; `take`: called with each correspondence and its track, unverified, that are handed
-    ///   out.
+    /// * `most`: largest number of records.
+    /// * `take`: called with each correspondence that is handed out, and with its track; both are unverified.
     #[inline(always)]
     pub(super) fn take_records(
         &mut self,
@@ -144,7 +144,8 @@ impl FrameBody {
     }
 }
 
-/// Marks each zero byte of a word in its top bit. A byte of 1 above a zero byte is marked too.
+/// Returns a word that marks each zero byte of `word` in its top bit. A byte of value 1 above a zero byte is marked,
+/// too.
 #[inline(always)]
 fn zero_bytes(word: u32) -> u32 {
     const ONES: u32 = u32::from_ne_bytes([1; 4]);
@@ -152,9 +153,9 @@ fn zero_bytes(word: u32) -> u32 {
     word.wrapping_sub(ONES) & !word & TOPS
 }
 
-/// Whether a record may hold the first two bytes of the magic, or the first byte at its end. Testing every second byte
-/// of two words at once is enough: one of the two bytes is there, and they differ in one bit. One random record in 16
-/// passes.
+/// Returns whether a record may hold the first two bytes of the magic, or the first byte at its end. Only every second
+/// byte is tested, in two words at once. This is enough: one of the two magic bytes is at a tested place, and the test
+/// ignores the one bit in which they differ. One random record in 16 passes.
 #[inline(always)]
 fn may_have_first_two_bytes([a, b, c, d]: [u32; 4]) -> bool {
     const SAME: u32 = !(FIRST ^ SECOND);
@@ -166,13 +167,13 @@ fn may_have_first_two_bytes([a, b, c, d]: [u32; 4]) -> bool {
     in_words(a, b) | in_words(c, d) != 0
 }
 
-/// Whether a header may start within a record, by its first two bytes; rarely true where none starts.
+/// Returns whether a record holds the first two bytes of a header; rarely true where no header starts.
 ///
-/// * `next`: byte after the record, once received.
+/// * `next`: byte after the record; `None` if it has not been received.
 #[cold]
 #[inline(never)]
 fn has_first_two_bytes([a, b, c, d]: [u32; 4], next: Option<&u8>) -> bool {
-    // A byte not yet received may be the second.
+    // A byte that has not been received may be the second byte of the magic.
     let next = next.copied().unwrap_or(MAGIC[1]);
     [(a, b), (b, c), (c, d), (d, next.into())].into_iter().any(|(word, next)| {
         let seconds = word >> 8 | next << 24;
@@ -180,7 +181,7 @@ fn has_first_two_bytes([a, b, c, d]: [u32; 4], next: Option<&u8>) -> bool {
     })
 }
 
-/// The first two bytes of the magic, in each byte of a word.
+/// The first and the second byte of the magic, each repeated in all bytes of a word.
 const FIRST: u32 = u32::from_ne_bytes([MAGIC[0]; 4]);
 const SECOND: u32 = u32::from_ne_bytes([MAGIC[1]; 4]);
 

@@ -16,7 +16,7 @@ const RATIO_ONE: u8 = 64;
 const MAX_FRACTION_BITS: u8 = 8;
 /// Resolution of the encoded grid step, 1/px.
 const GRID_STEPS_PER_PX: f32 = 256.0;
-/// Largest relative error of a grid step that still names a level.
+/// Largest relative error at which a grid step still belongs to a level.
 const GRID_STEP_TOLERANCE: f32 = 1.0 / 16.0;
 
 /// Header of a frame: image data and the scale of its records.
@@ -31,12 +31,12 @@ pub struct FrameHeader {
     pub count: u16,
     /// Width and height of the left image, px; the right one may differ.
     pub image_size: [u16; 2],
-    /// Grid step of level 0, 1/256 px: the spacing of match positions. 0: equal to the coordinate step.
+    /// Grid step of level 0, 1/256 px: the spacing of match positions. 0 stands for the coordinate step.
     pub grid_step: u16,
     /// Fraction bits of the coordinates, 0 to 8: the coordinate step is `2^-fraction_bits` px.
     pub fraction_bits: u8,
-    /// Pixel size of a pyramid level over that of the level below, 1/64; 64 to 255. 64 without a
-    /// pyramid, 77 for a ratio of 1.2.
+    /// Ratio of the pixel size of a pyramid level to the pixel size of the level below, in units of 1/64; 64 to 255. It
+    /// is 64 without a pyramid, and 77 for a ratio of 1.2.
     pub pyramid_ratio: u8,
     /// The sender dropped frames right before this one because the receiver did not read.
     pub dropped_before: bool,
@@ -61,10 +61,10 @@ pub enum HeaderError {
     /// The sender sets flags that version 1 does not define. Correct the sender.
     #[error("unknown flags: {0:#04x}")]
     Flags(u8),
-    /// More than 8 fraction bits. Correct the sender.
+    /// There are more than 8 fraction bits. Correct the sender.
     #[error("{0} fraction bits are not within 0 to 8")]
     FractionBits(u8),
-    /// Pyramid ratio below 64. Correct the sender.
+    /// The pyramid ratio is below 64. Correct the sender.
     #[error("a pyramid ratio of {0}/64 is below 1")]
     PyramidRatio(u8),
 }
@@ -82,12 +82,12 @@ pub(super) struct Scales {
     pub(super) px_per_step: f32,
     /// Grid step of level 0, px.
     grid_step: f32,
-    /// Pixel size of a pyramid level over that of the level below.
+    /// Ratio of the pixel size of a pyramid level to the pixel size of the level below.
     pyramid_ratio: f32,
 }
 
 impl Scales {
-    /// Grid step of a pyramid level, px.
+    /// Returns the grid step of a pyramid level, px.
     ///
     /// * `level`: 0 to 15; higher levels count as 15.
     #[inline(always)]
@@ -182,23 +182,24 @@ impl FrameHeader {
         Ok(())
     }
 
-    /// Length of the whole frame on the wire, bytes.
+    /// Returns the length of the whole frame on the wire, bytes.
     #[must_use]
     pub fn frame_bytes(&self) -> usize {
         HEADER_BYTES + usize::from(self.count) * RECORD_BYTES + CRC_BYTES
     }
 
-    /// Coordinate steps per pixel.
+    /// Returns the number of coordinate steps per pixel.
     #[inline(always)]
     pub(super) fn steps_per_px(&self) -> f32 {
         f32::from(1_u16 << self.fraction_bits.min(MAX_FRACTION_BITS))
     }
 
-    /// Scales of its records, computed once a frame: at each record they would take a tenth of its decoding.
+    /// Returns the scales of the records. They are computed once per frame: once per record, they would take a tenth of
+    /// the decoding time.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
-        // A power of two, built without a division. The exponent of 1 is 127; it lies above the 23 bits of the
-        // fraction.
+        // A power of two, built without a division. The biased exponent of 1 is 127. The exponent lies above the 23
+        // bits of the fraction.
         let px_per_step =
             f32::from_bits((127 - u32::from(self.fraction_bits.min(MAX_FRACTION_BITS))) << 23);
         let grid_step = match self.grid_step {
@@ -209,7 +210,7 @@ impl FrameHeader {
         Scales { px_per_step, grid_step, pyramid_ratio }
     }
 
-    /// Grid step of a pyramid level, px.
+    /// Returns the grid step of a pyramid level, px.
     ///
     /// * `level`: 0 to 15; higher levels count as 15.
     #[must_use]
@@ -217,9 +218,9 @@ impl FrameHeader {
         self.scales().grid_step_px(level)
     }
 
-    /// Pyramid level with the nearest grid step; `None` if that is off by more than 1/16.
+    /// Returns the pyramid level with the nearest grid step; `None` if the relative error exceeds 1/16.
     ///
-    /// * `grid_step_px`: px. With a header grid step of 0, any finer step counts as level 0.
+    /// * `grid_step_px`: grid step, px. If the grid step of the header is 0, any finer step counts as level 0.
     #[must_use]
     pub fn level_of(&self, grid_step_px: f32) -> Option<u8> {
         let sent = match self.grid_step {

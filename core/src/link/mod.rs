@@ -1,9 +1,9 @@
 //! Link to a matcher: receives its frames into a batch.
 //!
-//! [`FrameHeader`] and [`MatchRecord`] encode and decode the wire format; [`Encoder`] makes whole frames of
-//! them. [`Decoder`] finds whole frames in a byte stream and resynchronises after damage. [`FrameSink`] receives the matches: a
-//! [`Calibrator`](crate::Calibrator), a [`Tracking`] calibrator, or a buffer of the caller. [`FpgaMatcher`] drives SPI with a
-//! data-ready pin, [`StreamMatcher`] a UART or a DMA ring. The estimator does not depend on this module.
+//! [`FrameHeader`] and [`MatchRecord`] encode and decode the wire format; [`Encoder`] makes whole frames of them.
+//! [`Decoder`] finds whole frames in a byte stream and resynchronises after damage. [`FrameSink`] receives the matches:
+//! a [`Calibrator`](crate::Calibrator), a [`Tracking`] calibrator, or a buffer of the caller. [`FpgaMatcher`] drives
+//! SPI with a data-ready pin, [`StreamMatcher`] a UART or a DMA ring. The estimator does not depend on this module.
 #![doc = ""]
 #![doc = include_str!("FORMAT.md")]
 

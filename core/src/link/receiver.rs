@@ -13,7 +13,7 @@ pub trait Source {
     /// Error of the bus or stream.
     type Error;
 
-    /// Reads into `bytes`; number of bytes read, 0 at the end of a stream.
+    /// Reads into `bytes`; returns the number of bytes read, 0 at the end of a stream.
     fn read(&mut self, bytes: &mut [u8]) -> Result<usize, Self::Error>;
 }
 
@@ -22,7 +22,7 @@ pub trait ReadySource: Source {
     /// Error of the data-ready pin.
     type ReadyError;
 
-    /// Whether data is waiting.
+    /// Returns whether data is waiting.
     fn is_ready(&mut self) -> Result<bool, ReceiveError<Self::Error, Self::ReadyError>>;
 }
 
@@ -58,8 +58,8 @@ pub enum ReceiveError<E, P> {
     /// The sink refused the frame; see [`FrameRefusal`] for the action.
     #[error("frame refused: {0}")]
     Refused(#[from] FrameRefusal),
-    /// The time expired before a frame was whole. The next call continues with that frame; until then its matches are
-    /// not a pair.
+    /// The time expired before a frame was whole. The next call continues with that frame. Its matches are not a pair
+    /// until the frame is whole.
     #[error("no frame within the time given")]
     TimedOut,
 }
@@ -70,10 +70,10 @@ codes! {
     }
 }
 
-/// Driver of a matcher: [`FpgaMatcher`](super::FpgaMatcher) on SPI, [`StreamMatcher`](super::StreamMatcher)
-/// on a byte stream. Below 512 bytes of RAM.
+/// Driver of a matcher: [`FpgaMatcher`](super::FpgaMatcher) on SPI, [`StreamMatcher`](super::StreamMatcher) on a byte
+/// stream. RAM: less than 512 bytes.
 ///
-/// A call reads once, at most 256 bytes, and ends at the latest with the end of a frame.
+/// One read takes at most 256 bytes, and ends at the latest with the end of a frame.
 #[derive(Debug)]
 pub struct FrameReceiver<S> {
     pub(super) source: S,
@@ -85,19 +85,19 @@ impl<S> FrameReceiver<S> {
         Self { source, buffer: ReadBuffer::new() }
     }
 
-    /// Statistics of the link.
+    /// Returns the statistics of the link.
     pub fn counters(&self) -> &Counters {
         self.buffer.decoder.counters()
     }
 
-    /// Counts an overrun that the caller detected: a DMA ring that wrapped, a UART that reports it.
+    /// Counts an overrun that the caller detected, such as a DMA ring that wrapped or an overrun that a UART reports.
     pub fn note_overrun(&mut self) {
         self.buffer.decoder.note_overrun();
     }
 }
 
 impl<S: Source> FrameReceiver<S> {
-    /// Reads once, whether data is waiting or not; for a caller with an interrupt. A stream may block.
+    /// Reads once, whether data is waiting or not. This is for a caller with an interrupt. A stream may block.
     ///
     /// Call it until the frame is whole, or as often as the longest expected frame needs: see
     /// [`FrameHeader::frame_bytes`](super::FrameHeader::frame_bytes).
@@ -114,7 +114,7 @@ impl<S: Source> FrameReceiver<S> {
         }
     }
 
-    /// Reads until a frame is whole.
+    /// Reads until a frame is whole, and returns it.
     ///
     /// * `expired`: called after each read; `true` ends the wait.
     ///
@@ -157,7 +157,7 @@ impl<S: ReadySource> FrameReceiver<S> {
         if self.source.is_ready()? { self.transfer(sink) } else { Ok(ReadStatus::Idle) }
     }
 
-    /// Polls until a frame is whole.
+    /// Polls until a frame is whole, and returns it.
     ///
     /// * `expired`: called after each poll; `true` ends the wait.
     ///

@@ -32,7 +32,7 @@ pub struct MatchRecord {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum EncodeError {
-    /// A coordinate is not finite, negative, or above 24 bits of coordinate steps. Drop the match.
+    /// A coordinate is not finite, is negative, or has more than 24 bits in coordinate steps. Drop the match.
     #[error("a coordinate is not within the 24 bits of a record")]
     Coordinate,
     /// The score is not within 0 to 1. Drop the match.
@@ -41,10 +41,10 @@ pub enum EncodeError {
     /// No level of the header's pyramid has this grid step. Correct the header.
     #[error("no level of the header's pyramid has this grid step")]
     GridStep,
-    /// The frame has as many records as its header counts. Finish it.
+    /// The frame has all records that its header counts. Finish it.
     #[error("the frame has as many records as its header counts")]
     Full,
-    /// The frame has fewer records than its header counts. Push the others.
+    /// The frame has fewer records than its header counts. Push the missing ones.
     #[error("{0} records of the frame are missing")]
     Missing(u16),
 }
@@ -80,7 +80,7 @@ impl MatchRecord {
         })
     }
 
-    /// The record of a match that a tracker follows.
+    /// Returns the record with the track of a match that a tracker follows.
     ///
     /// * `id`: number of the track; its low 12 bits are sent. If they are 0, the match is sent without a track.
     #[must_use]
@@ -88,7 +88,7 @@ impl MatchRecord {
         Self { track: id & MAX_TRACK, ..self }
     }
 
-    /// Track of the match, up to 4095; 0 without one.
+    /// Returns the track of the match, up to 4095; 0 for a match without a track.
     #[must_use]
     pub const fn track(&self) -> u16 {
         self.track
@@ -106,14 +106,14 @@ impl MatchRecord {
         [a0, a1, a2, b0, b1, b2, c0, c1, c2, d0, d1, d2, s0, s1, l0, l1]
     }
 
-    /// Decodes a record; any bytes are one.
+    /// Decodes a record. Any bytes are a valid record.
     #[must_use]
     #[inline(always)]
     pub fn from_bytes(bytes: &[u8; RECORD_BYTES]) -> Self {
         Self::from_words(record_words(bytes))
     }
 
-    /// Decodes a record in words.
+    /// Decodes a record, given as words.
     #[inline(always)]
     pub(super) fn from_words([a, b, c, d]: [u32; 4]) -> Self {
         let [s0, s1, l0, l1] = d.to_le_bytes();
@@ -127,7 +127,7 @@ impl MatchRecord {
         }
     }
 
-    /// Correspondence in px, exact.
+    /// Returns the correspondence. Its coordinates in px are exact.
     ///
     /// * `header`: header of the frame that carried the record.
     #[must_use]
@@ -135,7 +135,7 @@ impl MatchRecord {
         self.scaled(&header.scales())
     }
 
-    /// [`Self::decode`] with the scales of the header.
+    /// Decodes as [`Self::decode`], with the scales of the header.
     #[inline(always)]
     pub(super) fn scaled(&self, scales: &Scales) -> Correspondence<f32> {
         let px = |steps: u32| f32::count(steps) * scales.px_per_step;
@@ -149,7 +149,7 @@ impl MatchRecord {
     }
 }
 
-/// `x * scale` rounded to the nearest integer; `None` if negative, above 32 bits or NaN.
+/// Returns `x * scale`, rounded to the nearest integer; `None` if it is negative, above 32 bits or NaN.
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,

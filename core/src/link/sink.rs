@@ -10,7 +10,8 @@ use crate::scalar::Scalar;
 
 /// Receiver of the matches of one frame at a time: a [`Calibrator`], or a buffer of the caller.
 pub trait FrameSink {
-    /// Whether the sink cannot take a frame now. The drivers then read nothing, and the sender keeps the frame.
+    /// Returns whether the sink cannot take a frame now. If so, the drivers read nothing, and the sender keeps the
+    /// frame.
     fn is_busy(&self) -> bool {
         false
     }
@@ -23,17 +24,17 @@ pub trait FrameSink {
 
     /// Takes one match, in px. The sink counts the matches it rejects.
     ///
-    /// * `track`: as sent by a matcher that follows its points, up to 4095; 0 without one.
+    /// * `track`: track number as the matcher sent it, up to 4095; 0 for a match without a track.
     fn take(&mut self, correspondence: &Correspondence<f32>, track: u16);
 
-    /// Ends a whole frame; returns the number of its matches held.
+    /// Ends a whole frame; returns the number of its matches that are held.
     fn finish(&mut self) -> usize;
 
     /// Ends a damaged frame: drops every match since [`FrameSink::start`].
     fn discard(&mut self);
 }
 
-/// Why a sink refused a frame. Its content is unchanged.
+/// Why a sink refused a frame. The content of the sink is unchanged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -41,7 +42,7 @@ pub enum FrameRefusal {
     /// A pair is being solved. Finish or discard it, then read again.
     #[error("a pair is being solved")]
     Busy,
-    /// The image size differs from that of the left camera. Correct the sender or the cameras.
+    /// The image size differs from the image size of the left camera. Correct the sender or the cameras.
     #[error("the matcher's images are {} x {} px, not the cameras'", .0[0], .0[1])]
     ImageSize([u16; 2]),
 }
@@ -58,7 +59,7 @@ pub struct Received {
     pub taken: usize,
 }
 
-/// A match in the scalar of a calibrator.
+/// Converts a match to the scalar of a calibrator.
 #[inline(always)]
 pub(super) fn in_scalar<T: Scalar>(c: &Correspondence<f32>) -> Correspondence<T> {
     let ([u_l, v_l], [u_r, v_r]) = (c.left, c.right);
@@ -70,14 +71,14 @@ pub(super) fn in_scalar<T: Scalar>(c: &Correspondence<f32>) -> Correspondence<T>
     }
 }
 
-/// The frame replaces the batch, which selects from a frame above its capacity.
+/// The frame replaces the content of the batch. The batch selects from a frame that exceeds its capacity.
 ///
 /// No frame is taken while a pair is being solved.
 ///
 /// The matches of a frame stay hidden until its CRC proves correct: before [`Received`] the batch has no pairs, and
-/// solving it returns [`crate::Rejection::TooFew`] of 0. A wire that dies within a frame therefore leaves nothing to
-/// solve, and a frame that continues later is whole. [`Calibrator::discard_pair`] gives the frame up: the rest of it is
-/// dropped, and [`Received::taken`] is 0.
+/// solving it returns [`crate::Rejection::TooFew`] with 0 usable correspondences. If the link fails within a frame,
+/// there is therefore nothing to solve, and a frame that continues later is whole. [`Calibrator::discard_pair`] gives
+/// the frame up: the rest of the frame is dropped, and [`Received::taken`] is 0.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
         self.is_solving()

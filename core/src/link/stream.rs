@@ -16,7 +16,7 @@ pub type StreamMatcher<R> = FrameReceiver<StreamSource<R>>;
 pub struct StreamSource<R>(R);
 
 impl<R> StreamMatcher<R> {
-    /// Driver over a stream, which is not read yet.
+    /// Returns a driver over a stream. The stream is not read yet.
     pub const fn new(stream: R) -> Self {
         Self::over(StreamSource(stream))
     }

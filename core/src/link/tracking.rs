@@ -1,4 +1,4 @@
-//! Sink of a calibrator and of the tracks of its frames.
+//! Sink that fills a calibrator and the tracks of its frames.
 
 use super::header::FrameHeader;
 use super::sink::{FrameRefusal, FrameSink, in_scalar};
@@ -7,8 +7,8 @@ use crate::calibrator::Calibrator;
 use crate::depth::tracks::Tracks;
 use crate::scalar::Scalar;
 
-/// A calibrator and the tracks of its frames, for a matcher that sends tracks. Both receive each frame; the tracks need
-/// two more undistortions a tracked match.
+/// A calibrator and the tracks of its frames, for a matcher that sends tracks. Both receive each frame. The tracks cost
+/// two more undistortions per tracked match.
 ///
 /// ```
 /// # use embedded_io::Read;
@@ -26,7 +26,7 @@ use crate::scalar::Scalar;
 pub struct Tracking<'a, T: Scalar, const N: usize, const M: usize> {
     /// Receives all matches.
     pub calibrator: &'a mut Calibrator<T, N>,
-    /// Receives the rays of the tracked ones; `None`: tracks are ignored.
+    /// Receives the rays of the tracked matches; with `None`, tracks are ignored.
     pub tracks: Option<&'a mut Tracks<T, M>>,
 }
 
@@ -45,7 +45,7 @@ impl<T: Scalar, const N: usize, const M: usize> FrameSink for Tracking<'_, T, N,
 
     fn take(&mut self, c: &Correspondence<f32>, track: u16) {
         self.calibrator.take(c, track);
-        // The batch counts matches without rays.
+        // The batch counts the matches that have no rays.
         if track != 0
             && let Some(tracks) = &mut self.tracks
             && let Ok(rays) = self.calibrator.factory.cameras.rays(&in_scalar(c))
@@ -62,7 +62,7 @@ impl<T: Scalar, const N: usize, const M: usize> FrameSink for Tracking<'_, T, N,
     }
 
     fn discard(&mut self) {
-        // Without an end, the frame counts for nothing.
+        // A frame without an end is ignored.
         if let Some(tracks) = &mut self.tracks {
             tracks.begin();
         }

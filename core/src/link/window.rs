@@ -1,18 +1,18 @@
-//! Sliding window of the stream that may hold a header.
+//! Sliding window over the stream, which may hold a header.
 
 use super::layout::{HEADER_BYTES, MAGIC};
 use crate::checksum;
 
-/// The magic, its last byte lowest.
+/// The magic as a word, with its last byte in the low bits.
 const WORD: u32 = u32::from_be_bytes(MAGIC);
 
-/// The magic of a full window in [`Window::magics`].
+/// Bit of [`Window::magics`] for a magic at the start of a full window.
 const FULL: u32 = 1 << (HEADER_BYTES - MAGIC.len());
 
 /// Bytes since the earliest position that may start a header; at most one header length.
 ///
-/// Every fourth byte may begin the magic. To look at no byte again when the window slides, it keeps a ring with a
-/// rolling checksum, and the set of places of the magic.
+/// Every fourth byte may begin a magic. The window keeps a ring with a rolling checksum, and the set of places of the
+/// magic, so that it reads no byte again when it slides.
 #[derive(Debug, Clone)]
 pub(super) struct Window {
     /// The last bytes appended.
@@ -20,9 +20,9 @@ pub(super) struct Window {
     /// Place of the next byte.
     next: u8,
     held: u8,
-    /// Bit `i`: the magic ended `i` bytes ago.
+    /// Bit `i` is set if a magic ended `i` bytes ago.
     magics: u32,
-    /// The last four bytes, the last one lowest.
+    /// The last four bytes as a word, with the last byte in the low bits.
     last: u32,
     /// Rolling checksum of the ring.
     checksum: u32,
@@ -33,7 +33,7 @@ impl Window {
         Self { ring: [0; HEADER_BYTES], next: 0, held: 0, magics: 0, last: 0, checksum: 0 }
     }
 
-    /// Number of bytes since the first magic, whole or incomplete.
+    /// Returns the number of bytes since the first magic, whole or incomplete.
     pub(super) fn held(&self) -> usize {
         self.held.into()
     }
@@ -43,13 +43,13 @@ impl Window {
         self.held == 0
     }
 
-    /// Whether the bytes are a header with a correct checksum.
+    /// Returns whether the window holds a header with a correct checksum.
     #[inline(always)]
     pub(super) fn is_header(&self) -> bool {
         self.held() == HEADER_BYTES
     }
 
-    /// The bytes of a header, in order.
+    /// Returns the bytes of a header, in order.
     pub(super) fn bytes(&self) -> [u8; HEADER_BYTES] {
         core::array::from_fn(|i| {
             let place = (usize::from(self.next) + i) % HEADER_BYTES;
@@ -57,13 +57,13 @@ impl Window {
         })
     }
 
-    /// Appends bytes to a window that is not full, up to the first byte that completes a header, or before which no
-    /// header can start.
+    /// Appends bytes to a window that is not full. It stops after a byte that completes a header, or after a byte at
+    /// which no begun header remains.
     ///
-    /// * `within_frame`: continues where no header starts.
+    /// * `within_frame`: if true, continues where no begun header remains.
     #[inline(always)]
     pub(super) fn take(&mut self, bytes: impl Iterator<Item = u8>, within_frame: bool) -> Taken {
-        // Local variables: a store to the ring would store and load the other fields for each byte.
+        // Local variables: with fields, each store to the ring would store and load the other fields, too.
         let (mut next, mut magics) = (self.next, self.magics);
         let (mut last, mut checksum) = (self.last, self.checksum);
         let mut taken = Taken { bytes: 0, bad_headers: 0 };
@@ -97,7 +97,7 @@ impl Window {
         self.hold();
     }
 
-    /// Holds the bytes from the first magic, or from the beginning of one.
+    /// Sets the held bytes: they begin with the first magic, whole or incomplete.
     #[inline(always)]
     fn hold(&mut self) {
         self.held = match self.magics.leading_zeros().to_le_bytes() {
@@ -107,15 +107,16 @@ impl Window {
     }
 }
 
-/// Bytes appended at once.
+/// Result of one call of [`Window::take`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Taken {
     pub(super) bytes: usize,
-    /// Places where a header with a wrong checksum starts.
+    /// Number of headers with a wrong checksum.
     pub(super) bad_headers: u32,
 }
 
-/// Number of bytes of the magic that the last bytes match; 0 for all four. The magic holds its first byte once.
+/// Returns the number of leading bytes of the magic that the last bytes match, 0 to 3; 0 for the whole magic. The first
+/// byte of the magic occurs in it only once.
 fn begun(last: u32) -> u8 {
     let is = |bytes: u32| last & ((1 << (8 * bytes)) - 1) == WORD >> (u32::BITS - 8 * bytes);
     if is(3) {

@@ -13,23 +13,24 @@ pub enum Cause {
     Reversed,
     /// Disparities run along the columns, and matches are seen all over the image.
     Upright,
-    /// Disparities run along the columns, and no match is seen beyond the square that u and v have in common.
+    /// Disparities run along the columns, and all matches are within the square that u and v have in common.
     Transposed,
-    /// Most matches are moved alike between both images, and nothing shows depth.
+    /// Most matches have the same motion between the images, and nothing shows depth.
     SameImage,
     /// Most pixels are outside the images of the cameras.
     SmallerImages,
-    /// No match of any pair is right of the middle of the left image, nor below it.
+    /// All matches of all pairs are in the upper left quarter of the left image.
     LargerImages,
-    /// Most pixels have no ray within 85 degrees of the optical axis, or none that the lens model can invert.
+    /// Most pixels have no ray: it is more than 85 degrees off the optical axis, or the lens model is not invertible
+    /// there.
     FocalLength,
-    /// Pairs show an error of the lens models that no calibration leaves.
+    /// Pairs show an error of the lens models that is too large for any calibration.
     Lens,
     /// The matches agree on nothing.
     Mismatches,
 }
 
-// 0 is free for none.
+// 0 is free for the absence of a cause.
 codes! {
     Cause {
         Reversed = 1, Upright = 2, Transposed = 3, SameImage = 4, SmallerImages = 5, LargerImages = 6,
@@ -71,9 +72,10 @@ impl Causes {
         }
     }
 
-    /// The cause that most pairs show, from the fourth pair on. A pair without agreement fits any cause, so another cause wins
-    /// with the share [`CAUSE_SHARE`] of the pairs. A quarter turn wins over the others: some of its pairs fit with the
-    /// points behind the cameras.
+    /// Returns the likeliest cause, from the fourth pair on. A cause is possible if more than one in [`CAUSE_SHARE`]
+    /// pairs shows it. A quarter turn wins over all other causes, because some of its pairs fit with the points behind
+    /// the cameras. [`Cause::Mismatches`] loses against all other causes, because a pair without agreement fits any
+    /// cause. Otherwise the number of pairs decides.
     pub(crate) fn likeliest(&self) -> Option<Cause> {
         let pairs: u32 = self.pairs.iter().map(|count| u32::from(*count)).sum();
         let enough = |(_, count): &(Cause, u8)| u32::from(*count) * CAUSE_SHARE > pairs;
@@ -86,7 +88,7 @@ impl Causes {
 }
 
 impl Cause {
-    /// All, by code.
+    /// All causes, in the order of their codes.
     pub const ALL: [Self; 9] = [
         Self::Reversed,
         Self::Upright,
@@ -99,10 +101,10 @@ impl Cause {
         Self::Mismatches,
     ];
 
-    /// The mistake that a pair shows which could not be solved; `None` if the matches are not at fault.
+    /// Returns the mistake that an unsolved pair shows; `None` if the matches are not at fault.
     ///
-    /// * `transposed`: whether all matches are in the square that u and v have in common; `alike`: whether most are moved
-    ///   alike between both images.
+    /// * `transposed`: whether all matches are in the square that u and v have in common.
+    /// * `alike`: whether most matches have the same motion between the images.
     pub(crate) fn of_unsolved(why: Rejection, transposed: bool, alike: bool) -> Option<Self> {
         let cause = match why {
             Rejection::Behind => Self::Reversed,

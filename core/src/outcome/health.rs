@@ -19,7 +19,7 @@ use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{BAD_PX, FIRST_ROW_LEVEL, IMPROVEMENT};
 
-/// Rows off in a corner of the image from which on they are named, px.
+/// Least row offset in a corner of the image that the text names, px.
 const NAMED_ROWS_PX: f64 = 0.1;
 
 /// Distances that the depth error is predicted for, m.
@@ -27,8 +27,8 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 
 /// Quality of the calibration in use and of the proposed one, over the matches of the batch.
 ///
-/// The two RMS are over the same matches: those that fit the estimate. Read the counts with them: an
-/// estimate that fits fewer matches is worse, however well it fits those.
+/// Both RMS values are over the same matches: the matches that fit the estimate. Read the counts with them: an estimate
+/// that fits fewer matches is worse, even if its RMS is smaller.
 ///
 /// # Examples
 ///
@@ -54,63 +54,65 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Health<T: Scalar> {
-    /// RMS row offset of the extrinsics in use, px; 0 is perfect. Row offsets far beyond the median are clipped, because a
-    /// mismatch that lies near its row under one calibration may lie anywhere under the other.
+    /// RMS row offset of the extrinsics in use, px; 0 is perfect. Row offsets far beyond the median are clipped,
+    /// because a mismatch that lies near its row under one calibration may lie anywhere under the other.
     pub in_use_px: T,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: T,
-    /// RMS difference between the row offsets in use and proposed, px: the error of the extrinsics in use, without noise and
-    /// vibration.
+    /// RMS difference between the row offsets in use and proposed, px: the error of the extrinsics in use, without
+    /// noise and vibration.
     pub off_px: T,
     /// Matches within the screening threshold under the extrinsics in use.
     pub fit_in_use: u32,
-    /// Matches within the screening threshold under the proposed extrinsics. Both RMS are over these.
+    /// Matches within the screening threshold under the proposed extrinsics. Both RMS values are over these matches.
     pub fit_proposed: u32,
-    /// Share of the cells of an 8 x 6 grid over the left image that have a match that fits the estimate, 0 to 1. The other
+    /// Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image. The other
     /// cells do not test the fit.
     pub coverage: T,
     /// Rating of the two RMS.
     pub band: Band,
     /// Whether the estimate is confirmed.
     pub state: State,
-    /// Row offset, px, that the apparent yaw of the lenses ([`Proposal::lens_yaw`]) leaves in the corner of the image that is
-    /// furthest from the principal point. Both RMS leave out these rows, `a x y`: extrinsics that are right for depth
-    /// leave them. A matcher that searches along rows meets them, unless its rectification removes them.
+    /// Row offset, px, that the apparent yaw of the lenses ([`Proposal::lens_yaw`]) leaves in the image corner that is
+    /// furthest from the principal point. Extrinsics that are right for depth leave row offsets of `a x y`, so both RMS
+    /// values exclude them. A matcher that searches along rows meets these offsets, unless its rectification removes
+    /// them.
     pub corner_px: T,
-    /// Expected error of the yaw in use, rad: its distance from the estimate, and the deviation of the estimate.
+    /// Expected error of the yaw in use, rad: root of the sum of its squared distance from the estimate and the
+    /// variance of the estimate.
     pub yaw: T,
     /// Why the last pair was not fused; `None` if it was.
     pub rejection: Option<Rejection>,
-    /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. With one, the numbers
-    /// above say nothing of the calibration in use.
+    /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. If there is one,
+    /// the numbers above say nothing about the calibration in use.
     pub cause: Option<Cause>,
-    /// Range readings ([`crate::Calibrator::push_witness`]) since the last reset that contradicted the yaw: they were refused, or
-    /// wait until more of them agree. Saturates.
+    /// Range readings ([`crate::Calibrator::push_witness`]) since the last reset that contradicted the yaw: they were
+    /// refused, or they wait for further ones that agree. Saturates.
     pub contradicting_ranges: u16,
     /// As [`Health::contradicting_ranges`], for tracked matches.
     pub contradicting_motions: u16,
     /// Reasons not to rely on the calibration in use; [`Health::may_arm`] answers an arming check. Vibration
-    /// ([`Proposal::vibration`]) is in both RMS, and the arming check leaves it out.
+    /// ([`Proposal::vibration`]) increases both RMS values, but does not count in the arming check.
     pub reasons: Reasons,
 }
 
 /// Outcome of the last pair, the mistakes that it shows, and the witnesses so far.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LastPair {
-    /// Why it was not fused; `None` if it was.
+    /// Why the pair was not fused; `None` if it was.
     pub(crate) rejection: Option<Rejection>,
-    /// Whether it showed the scene of the one before.
+    /// Whether the pair showed the same scene as the pair before it.
     pub(crate) repeated: bool,
-    /// Mistake that its matches, or the estimate, show.
+    /// Mistake that the matches of the pair, or the estimate, show.
     pub(crate) cause: Option<Cause>,
-    /// Mistake that most of the pairs since the estimate was last locked show.
+    /// Likeliest mistake according to the pairs since the estimate was last locked.
     pub(crate) likeliest: Option<Cause>,
-    /// Ranges and motions that contradicted the yaw.
+    /// Numbers of range readings and of motions that contradicted the yaw.
     pub(crate) contradicting: [u16; 2],
 }
 
-/// Why there is no health, with the likeliest mistake in rig file or matcher. A mistake is named once four pairs have shown
-/// one since the estimate was last locked.
+/// Why there is no health, with the likeliest mistake in rig file or matcher. A mistake is named once four pairs since
+/// the last lock have shown one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -124,7 +126,7 @@ pub enum NoHealth {
 }
 
 impl NoHealth {
-    /// The likeliest mistake; `None` until four pairs have shown one.
+    /// Returns the likeliest mistake; `None` until four pairs have shown one.
     #[must_use]
     pub const fn cause(&self) -> Option<Cause> {
         match self {
@@ -133,19 +135,20 @@ impl NoHealth {
     }
 }
 
-/// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs by a tenth
-/// and by more than chance: noise of the matcher is no error of a calibration.
+/// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs by a
+/// tenth and by more than chance. Noise of the matcher does not count as an error of the calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Band {
     /// The estimate is not clearly better. Row offsets of 1 px or more are then due to poor matches or lens models.
     Good,
-    /// Below 1 px; the estimate is clearly better.
+    /// The RMS row offset in use is below 1 px, and the estimate is clearly better.
     Improvable,
-    /// 1 px or more, and the estimate is clearly better: a matcher that searches along rows will miss.
+    /// The RMS row offset in use is 1 px or more, and the estimate is clearly better: a matcher that searches along
+    /// rows will miss.
     Recalibrate,
-    /// The matches do not tell, because of the mistake in [`Health::cause`].
+    /// The matches cannot rate the calibration, because of the mistake in [`Health::cause`].
     Unknown,
 }
 
@@ -160,7 +163,8 @@ texts! {
 }
 
 impl<T: Scalar> fmt::Display for Health<T> {
-    /// One line: `locked, improvable, may arm: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94, ...`.
+    /// Writes one line:
+    /// `locked, improvable, may arm: 0.91 px in use, 0.31 px proposed, 12 and 250 fit, coverage 0.94, ...`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, band, in_use_px, proposed_px, .. } = self;
         let Self { fit_in_use, fit_proposed, coverage, reasons, .. } = self;
@@ -185,30 +189,33 @@ impl<T: Scalar> fmt::Display for Health<T> {
 }
 
 impl<T: Scalar> Health<T> {
-    /// Answer to an arming check: no reason forbids it.
+    /// Returns the answer to an arming check: true if no reason forbids arming.
     #[must_use]
     pub const fn may_arm(&self) -> bool {
         !self.reasons.forbid_arming()
     }
 
-    /// Expected error of depth with the extrinsics in use, m, at [`DEPTHS_M`] in the middle of the image:
-    /// `Z^2 / b` times the error of yaw, which shifts all disparities. The focal length cancels.
+    /// Returns the expected errors of depth with the extrinsics in use, m, at [`DEPTHS_M`] in the middle of the image;
+    /// `None` unless the estimate is locked. The error is `Z^2 / b` times the error of yaw, which shifts all
+    /// disparities. The focal length cancels.
     ///
     /// * `baseline_m`: length of the baseline, m; above 0.
     ///
-    /// The noise of the matcher and the error of the baseline's length are not included. `None` unless locked.
+    /// The noise of the matcher and the error of the baseline length are not included.
     #[must_use]
     pub fn depth_errors(&self, baseline_m: T) -> Option<[T; 4]> {
         let of = |z: f64| T::lit(z * z) * self.yaw / baseline_m;
         (self.state == State::Locked).then(|| DEPTHS_M.map(of))
     }
 
-    /// Compares two calibrations over a batch. One pass; `None` if no match fits the proposed one.
+    /// Compares the calibration in use with the proposed one over a batch, in one pass. Returns `None` if no match fits
+    /// the proposed one.
     ///
-    /// * `rays`: correction of the cameras that the rays of the batch are of.
-    /// * `corner`: largest `x y` in the image, at unit depth.
-    /// * `screen_px`: a match fits if its row offset is no larger, px.
-    // Out of line: its stack is separate from that of the proposal.
+    /// * `rays`: correction of the cameras that the rays of the batch belong to.
+    /// * `focal`: mean focal length, px.
+    /// * `corner`: largest `x y` in the image, at unit depth, dimensionless.
+    /// * `screen_px`: largest row offset of a match that fits, px.
+    // Out of line, so that its stack is separate from the stack of the proposal.
     #[inline(never)]
     pub(crate) fn over<const N: usize>(
         batch: &Batch<T, N>,
@@ -223,7 +230,7 @@ impl<T: Scalar> Health<T> {
             .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
         let in_use = RectifyingRotations::from(&in_use.extrinsics);
         let proposed = RectifyingRotations::from(&proposal.extrinsics);
-        // Rows that the apparent yaw of the lens leaves count against neither calibration.
+        // Row offsets from the apparent yaw of the lens count against neither calibration.
         let of_rows = [with_lens(&in_use, proposal)?, with_lens(&proposed, proposal)?];
         let fit = Fit::of(batch, &of_rows, &changes, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
@@ -258,7 +265,7 @@ impl<T: Scalar> Health<T> {
     }
 }
 
-/// Rotations of the mount, turned by the apparent yaw of the lens, so that rows agree in the images.
+/// Returns the rotations of the mount, turned by the apparent yaw of the lens, so that the rows agree in the images.
 fn with_lens<T: Scalar>(
     mount: &RectifyingRotations<T>,
     proposal: &Proposal<T>,
@@ -270,22 +277,22 @@ fn with_lens<T: Scalar>(
     mount.stepped(&(Vector3::y() * turn), &Vector2::zeros())
 }
 
-/// Fit of two calibrations, the one in use and the proposed one, to the same matches.
+/// Fit of the calibration in use and of the proposed one to the same matches.
 struct Fit<T> {
-    /// Matches within the screening threshold.
+    /// Numbers of matches within the screening threshold, in use and proposed.
     matches: [u32; 2],
-    /// RMS row offsets in use, proposed, and of their difference, over the matches that fit the proposed one; at unit focal
-    /// length.
+    /// RMS of the row offsets in use, of the proposed ones, and of their difference, over the matches that fit the
+    /// proposed calibration; at unit focal length.
     rms: [T; 3],
-    /// Cells of the image that have one of them.
+    /// Image cells with a match that fits the proposed calibration.
     seen: CellSet,
 }
 
 impl<T: Scalar> Fit<T> {
-    /// `None` if no match fits the proposed calibration.
+    /// Returns the fit over a batch; `None` if no match fits the proposed calibration.
     ///
-    /// * `changes`: from the right rays of the batch to the rays of each calibration's right camera.
-    /// * `screen`: a match fits if its row offset is no larger, at unit focal length.
+    /// * `changes`: changes of the right rays from the cameras of the batch to the cameras of each calibration.
+    /// * `screen`: largest row offset of a match that fits, at unit focal length.
     fn of<const N: usize>(
         batch: &Batch<T, N>,
         calibrations: &[RectifyingRotations<T>; 2],
@@ -315,6 +322,9 @@ impl<T: Scalar> Fit<T> {
 }
 
 impl Band {
+    /// Returns the rating.
+    ///
+    /// * `in_use_px`: RMS row offset in use, px.
     /// * `improves`: whether the estimate is clearly better.
     fn of<T: Scalar>(in_use_px: T, improves: bool) -> Self {
         match (improves, in_use_px >= T::lit(BAD_PX)) {

@@ -1,4 +1,4 @@
-//! Errors of the lens models, as far as pairs show them.
+//! Errors of the lens models that pairs show.
 
 use core::fmt;
 
@@ -11,49 +11,49 @@ use crate::thresholds::{BAD_PX, GROSS_LENS, LENS_FOUND};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Finding<T> {
-    /// Estimate of the true value less the given one.
+    /// Estimated error: the true value minus the given value.
     pub value: T,
-    /// Standard deviation; at first that of the prior. It contains a sixth of the value: the weights of the matches assume the
-    /// given lens, and hide up to that much.
+    /// Standard deviation of the value; at first the standard deviation of the prior. It includes a sixth of the value,
+    /// because the weights of the matches assume the given lens and may hide this part of an error.
     pub sd: T,
 }
 
 impl<T: Scalar> Finding<T> {
-    /// Whether the value exceeds three standard deviations.
+    /// Returns whether the value exceeds three standard deviations.
     pub fn is_significant(&self) -> bool {
         self.value.abs() > T::lit(LENS_FOUND) * self.sd
     }
 }
 
-/// Errors of the given lens models, as far as pairs show them. The extrinsics are not corrected by them.
+/// Errors of the given lens models that pairs show. They do not correct the extrinsics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct LensEstimate<T> {
-    /// Relative focal length, right less left: 0.001 where the right one is 0.1 % longer than given.
+    /// Relative error of the focal length, right minus left: 0.001 if the right one is 0.1 % longer than given.
     pub focal: Finding<T>,
-    /// Radial coefficient `k1`, right less left.
+    /// Radial coefficient `k1`, right minus left.
     pub k1: Finding<T>,
     /// Radial coefficient `k1`, mean of both cameras.
     pub k1_mean: Finding<T>,
-    /// Tangential coefficient `p1`, right less left.
+    /// Tangential coefficient `p1`, right minus left.
     pub p1: Finding<T>,
-    /// Principal column, right less left, px.
+    /// Column of the principal point, right minus left, px.
     pub principal_x_px: Finding<T>,
 }
 
 impl<T: Scalar> LensEstimate<T> {
-    /// Whether a parameter exceeds three standard deviations.
+    /// Returns whether a parameter exceeds three standard deviations.
     pub fn is_significant(&self) -> bool {
         let Self { focal, k1, k1_mean, p1, principal_x_px } = self;
         [focal, k1, k1_mean, p1, principal_x_px].into_iter().any(Finding::is_significant)
     }
 
-    /// Whether a parameter that is not compensated is off by more than a calibration leaves. Where rows are poor, off by more
-    /// than the prior is enough.
+    /// Returns whether a parameter that is not compensated has a larger error than any calibration leaves. If the row
+    /// offsets are poor, an error above the standard deviation of the prior is enough.
     ///
-    /// * `rows_px`: RMS row offset of a pair about its own optimum.
+    /// * `rows_px`: RMS row offset of a pair about its own optimum, px.
     pub(crate) fn is_gross(&self, prior: &LensPrior, rows_px: T) -> bool {
         let Self { k1_mean, p1, .. } = self;
         let most = if rows_px >= T::lit(BAD_PX) { T::ONE } else { T::lit(GROSS_LENS) };
@@ -64,7 +64,8 @@ impl<T: Scalar> LensEstimate<T> {
 }
 
 impl<T: Scalar> fmt::Display for LensEstimate<T> {
-    /// The parameters that exceed three standard deviations: `focal lengths differ by 0.20 % +- 0.02 %, ...`; `as given` if nothing.
+    /// Writes the parameters that exceed three standard deviations: `focal lengths differ by 0.20 % +- 0.02 %, ...`;
+    /// `as given` without any.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { focal, k1, k1_mean, p1, principal_x_px } = self;
         let percent = T::lit(100.0);

@@ -1,4 +1,5 @@
-//! Parts of the results: of [`PairReport`](crate::PairReport), [`Proposal`](crate::Proposal) and [`Health`](crate::Health).
+//! Parts of the results: of [`PairReport`](crate::PairReport), [`Proposal`](crate::Proposal) and
+//! [`Health`](crate::Health).
 
 pub(crate) mod cause;
 pub(crate) mod health;

@@ -16,18 +16,19 @@ use crate::state::Stop;
 pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair.
     pub extrinsics: Extrinsics<T>,
-    /// Information about them, 1/rad^2: inverse covariance of the M-estimate, without the prior. 0 about the baseline where
-    /// disparities are mostly noise.
+    /// Information on `R`, `t`, 1/rad^2: inverse covariance of the M-estimate, without the prior. The information on
+    /// the baseline is 0 if the disparities are mostly noise.
     pub information: Information<T>,
     /// Why the solver stopped.
     pub stop: Stop,
-    /// Passes taken. The paper preset does not count that of the evaluation.
+    /// Number of passes taken. The paper preset does not count the evaluation pass.
     pub passes: u16,
-    /// Correspondences in front of both rectified cameras.
+    /// Number of correspondences in front of both rectified cameras.
     pub usable: u32,
-    /// Correspondences that are not in front of both, and left out.
+    /// Number of correspondences that are left out, because they are not in front of both rectified cameras.
     pub skipped: u32,
-    /// Usable correspondences within 3 Huber thresholds of the solution, or within Tukey's limit.
+    /// Number of usable correspondences that fit the solution: within 3 Huber thresholds (paper preset) or within
+    /// Tukey's limit (robust preset).
     pub screened: u32,
     /// Cost at the start under the loss of the solution, px^2.
     pub cost_before: T,
@@ -37,14 +38,14 @@ pub struct PairReport<T: Scalar> {
     pub rms_px_before: T,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
-    /// Noise, standard deviation estimated from the residuals, px. Robust preset: of one coordinate, at most 8. Paper preset: of
-    /// the row offsets, each clipped at the Huber threshold.
+    /// Standard deviation of the noise, estimated from the residuals, px. Robust preset: noise of one coordinate, at
+    /// most 8. Paper preset: noise of the row offsets, each clipped at the Huber threshold.
     pub noise_px: T,
 }
 
 impl<T: Scalar> fmt::Display for PairReport<T> {
-    /// One line: extrinsics, row offsets before and after, noise, counts, passes, and why they ended, unless a pair
-    /// took all the passes that it has: every tracked pair does.
+    /// Writes one line: extrinsics, row offsets before and after, noise, counts and passes. The reason of the stop
+    /// follows, unless the pair took all its passes, as every tracked pair does.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { extrinsics, rms_px_before, rms_px_after, noise_px, .. } = self;
         let Self { screened, usable, skipped, passes, stop, .. } = self;
@@ -66,14 +67,14 @@ impl<T: Scalar> fmt::Display for PairReport<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[must_use]
 pub struct Outcome<T: Scalar> {
-    /// Result of the pair alone; `None` if it could not be solved.
+    /// Result of the pair alone; `None` if the pair could not be solved.
     pub pair: Option<PairReport<T>>,
     /// Effect on the estimate, or why the pair was not fused.
     pub fused: Result<Fused, Rejection>,
 }
 
 impl<T: Scalar> fmt::Display for Outcome<T> {
-    /// `added`, or `not fused: ` and why.
+    /// Writes the effect, such as `added`, or `not fused: ` and the reason.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.fused {
             Ok(fused) => fused.fmt(f),
@@ -90,7 +91,7 @@ impl<T: Scalar> fmt::Display for Outcome<T> {
 pub enum Fused {
     /// The pair is part of the estimate.
     Added,
-    /// The pair shows the scene of the pair before it, and adds nothing.
+    /// The pair shows the same scene as the pair before it, and adds nothing.
     Repeated,
     /// The pair disagrees with the estimate, and is part of the challenger.
     KeptApart,

@@ -25,27 +25,29 @@ use crate::thresholds::{LENS_FOUND, MAX_CONFIRMED_YAW_RAD};
 pub struct Proposal<T: Scalar> {
     /// The best `R`, `t`.
     pub extrinsics: Extrinsics<T>,
-    /// Correction of the cameras that they belong to; none but with [`crate::LensTracking::Compensate`].
+    /// Correction of the cameras that the extrinsics belong to. Only [`crate::LensTracking::Compensate`] corrects
+    /// cameras.
     pub correction: LensCorrection<T>,
-    /// The extrinsics that [`crate::Calibrator::apply`] puts into use. `t` is that in use, and `R` the best there is with
-    /// it, where the baseline is not observed, where it is observed and not significantly different, and where image halves
-    /// disagree with exact lens models ([`Reason::ImageHalves`]). Otherwise the best `R`, `t`.
+    /// The extrinsics that [`crate::Calibrator::apply`] puts into use: the best `R`, `t`, or the `t` in use with the
+    /// best `R` for it. The `t` in use is kept in three cases: the baseline is not observed; it is observed, but does
+    /// not differ significantly; or image halves disagree with exact lens models ([`Reason::ImageHalves`]).
     pub applicable: Extrinsics<T>,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: LensCorrection<T>,
-    /// Pairs behind it; those of a repeated scene count once.
+    /// Number of pairs in the estimate; pairs of a repeated scene count once.
     pub pairs: u32,
-    /// Standard deviations of the error, with the lens models as given. Robust preset: from the information, widened where the
-    /// pairs scatter more than it says and where image halves disagree. Paper preset: from the scatter of the pairs and the
-    /// disagreement of axis and angle; after one pair, those of that pair.
+    /// Standard deviations of the error, with the lens models as given. Robust preset: they follow from the
+    /// information, and are increased where the pairs scatter more than it predicts and where image halves disagree.
+    /// Paper preset: they follow from the scatter of the pairs and the disagreement of axis and angle; after one pair
+    /// they are the standard deviations of that pair.
     pub sd: StandardDeviations<T>,
-    /// Covariance of the five unknowns, rad^2, in the order of [`crate::outcome::Information`] and as far as
+    /// Covariance of the five unknowns, rad^2, in the order of [`crate::outcome::Information`] and as
     /// [`crate::geometry::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
-    /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). Equal to `sd` without a lens
-    /// prior and in the paper preset.
+    /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). They equal `sd` without
+    /// a lens prior and in the paper preset.
     pub sd_lens: StandardDeviations<T>,
     /// Covariance with the lens models uncertain, as `covariance`.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -53,29 +55,30 @@ pub struct Proposal<T: Scalar> {
     pub covariance_lens: Option<Matrix5<T>>,
     /// Errors of the lens models that the pairs show; `None` without a lens prior and in the paper preset.
     pub lens: Option<LensEstimate<T>>,
-    /// Apparent yaw `a` of the lenses, rad: with `extrinsics` the right row is below the left one by `a x y`, at unit depth.
-    /// Rows alone do not tell it from the yaw of the mount. `extrinsics` do not contain it, because depth needs the yaw of
-    /// the mount.
+    /// Apparent yaw `a` of the lenses, rad: with `extrinsics` the right row is below the left one by `a x y`, at unit
+    /// depth. Rows alone do not separate it from the yaw of the mount. `extrinsics` do not contain it, because depth
+    /// needs the yaw of the mount.
     pub lens_yaw: Finding<T>,
-    /// Whether pairs have determined the baseline direction: its variance is at most an eighth of that of the prior. Points
-    /// more than some thousand baselines away do not observe it, because their disparities are noise. Always true in the
-    /// paper preset, which fuses only pairs that observe it.
+    /// Whether pairs have determined the baseline direction: its variance is at most an eighth of the variance of the
+    /// prior. Points more than some thousand baselines away do not observe it, because their disparities are noise.
+    /// Always true in the paper preset, which fuses only pairs that observe it.
     pub baseline_observed: bool,
-    /// Whether the pairs fit it clearly better than the calibration in use: their RMS row offset is smaller by a tenth, and
-    /// the two differ by more than chance. `None` in the paper preset, and where the calibration in use has other cameras
-    /// ([`crate::LensTracking::Compensate`]): the sums over the pairs do not tell then.
+    /// Whether the pairs fit the estimate clearly better than the calibration in use: their RMS row offset is smaller
+    /// by a tenth, and the two differ by more than chance. `None` in the paper preset, and where the calibration in use
+    /// has other cameras ([`crate::LensTracking::Compensate`]), because the sums over the pairs cannot compare the two
+    /// then.
     pub improves: Option<bool>,
-    /// Whether pairs have confirmed `R`; `baseline_observed` says whether they have confirmed `t`. The paper preset is locked
-    /// from the first pair on.
+    /// Whether pairs have confirmed `R`; `baseline_observed` says whether they have confirmed `t`. The paper preset is
+    /// locked from the first pair on.
     pub state: State,
-    /// Doubts of the matches: those reasons that the other fields do not tell.
+    /// Reasons to doubt the matches that do not follow from the other fields.
     pub(crate) doubts: Reasons,
-    /// Motion of the rig about the estimate from pair to pair; none in the paper preset.
+    /// Motion of the rig about the estimate from pair to pair; always [`Vibration::NONE`] in the paper preset.
     pub vibration: Vibration<T>,
 }
 
 impl<T: Scalar> Proposal<T> {
-    /// Reasons not to rely on it. [`crate::Health::reasons`] adds those of the last pair.
+    /// Returns the reasons not to rely on the estimate. [`crate::Health::reasons`] adds the reasons of the last pair.
     pub fn reasons(&self) -> Reasons {
         let lens_is_off =
             self.lens.is_some_and(|lens| lens.is_significant()) || self.lens_yaw.is_significant();
@@ -87,10 +90,10 @@ impl<T: Scalar> Proposal<T> {
             .with(Reason::Yaw, yaw_is_open)
     }
 
-    /// Mistake that the estimate shows.
+    /// Returns the mistake that the estimate shows.
     ///
-    /// * `rows_px`: RMS row offset of a pair about its own optimum.
-    /// * `alike`: whether most matches of the pair at hand are moved alike between both images.
+    /// * `rows_px`: RMS row offset of a pair about its own optimum, px.
+    /// * `alike`: whether most matches of the last pair have the same motion between the images.
     pub(crate) fn cause(&self, prior: &LensPrior, rows_px: T, alike: bool) -> Option<Cause> {
         if self.lens.is_some_and(|lens| lens.is_gross(prior, rows_px)) {
             Some(Cause::Lens)
@@ -99,8 +102,8 @@ impl<T: Scalar> Proposal<T> {
         }
     }
 
-    /// Whether no pair has observed the baseline, and the roll between the cameras is 0 to within chance. The same image on
-    /// both sides always gives this; a rig that looks at infinity rarely does.
+    /// Returns whether no pair has observed the baseline, and the roll between the cameras is 0 to within chance. The
+    /// same image on both sides always gives this; a rig that looks at infinity rarely does.
     fn shows_one_image(&self) -> bool {
         let roll = (self.extrinsics.rotation().matrix().m21
             - self.extrinsics.rotation().matrix().m12)
@@ -110,7 +113,8 @@ impl<T: Scalar> Proposal<T> {
         !self.baseline_observed && self.covariance.is_some_and(by_chance)
     }
 
-    /// The least certain direction and its standard deviation with the lens uncertain, rad; `None` in the paper preset.
+    /// Returns the least certain direction and its standard deviation with the lens uncertain, rad; `None` in the paper
+    /// preset.
     pub fn weakest(&self) -> Option<(Direction, T)> {
         let (sd, direction) = largest_direction(&Symmetric5::packed(&self.covariance_lens?));
         Some((Direction::of(&direction), sd))
@@ -118,8 +122,8 @@ impl<T: Scalar> Proposal<T> {
 }
 
 impl<T: Scalar> fmt::Display for Proposal<T> {
-    /// One line: state, extrinsics, standard deviations with the lens uncertain, pairs, the least certain direction, and what
-    /// the pairs show of lens, vibration and reasons against it.
+    /// Writes one line: state, extrinsics, standard deviations with the lens uncertain, pairs and the least certain
+    /// direction. If there are any, lens errors, vibration and the reasons against the estimate follow.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, extrinsics, sd_lens: sd, pairs, .. } = self;
         write!(f, "{state}: {extrinsics}, {sd}, {pairs} pairs")?;
@@ -144,7 +148,7 @@ impl<T: Scalar> fmt::Display for Proposal<T> {
 pub enum Direction {
     /// Turn of `R` about x: shifts all rows alike.
     Pitch,
-    /// Turn of `R` about y: shears rows with the product of column and row.
+    /// Turn of `R` about y: moves rows by the product of column and row.
     Yaw,
     /// Turn of `R` about z: tilts rows.
     Roll,
@@ -165,7 +169,7 @@ texts! {
 }
 
 impl Direction {
-    /// The unknown with the largest component of a direction.
+    /// Returns the unknown with the largest component in a direction.
     pub(crate) fn of<T: Scalar>(direction: &Vector5<T>) -> Self {
         let names = [Self::Pitch, Self::Yaw, Self::Roll, Self::BaselineForward, Self::BaselineDown];
         let sized = names.into_iter().zip(direction.iter().map(|x| ComplexField::abs(*x)));

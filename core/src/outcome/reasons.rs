@@ -1,4 +1,4 @@
-//! Reasons not to rely on a calibration, by name: of the estimate alone, and of the last pair beside it.
+//! Named reasons not to rely on a calibration: reasons of the estimate, and reasons of the last pair.
 
 use core::fmt;
 
@@ -10,30 +10,31 @@ use core::fmt;
 pub enum Reason {
     /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
     NotLocked,
-    /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming, and nothing
-    /// is applied until the view has changed.
+    /// A second calibration, whose rows differ, fits nearly the same number of matches: a fence, or a reflection.
+    /// Forbids arming, and nothing is applied until the view has changed.
     SecondMode,
     /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact
-    /// ([`crate::Config::without_lens_prior`]): matches are biased alike somewhere. Forbids arming, and nothing is applied.
+    /// ([`crate::Config::without_lens_prior`]): the matches of an image region share a bias. Forbids arming, and
+    /// nothing is applied.
     Biased,
     /// The matches or the estimate show a mistake in rig file or matcher: [`crate::Health::cause`]. Forbids arming.
     Unfit,
-    /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+    /// The row offsets in use and of the estimate differ by 1 px RMS or more. Forbids arming.
     Misaligned,
-    /// Image halves disagree by more than 3 standard deviations; the reported deviations contain it. With exact lens models
-    /// the `t` in use is kept.
+    /// Image halves disagree by more than 3 standard deviations; the reported deviations include this disagreement.
+    /// With exact lens models the `t` in use is kept.
     ImageHalves,
     /// The pairs show an error of the lens models ([`crate::outcome::LensEstimate`]); the deviations with the lens
-    /// uncertain contain it.
+    /// uncertain include this error.
     Lens,
-    /// The pairs have not determined the baseline direction: that in use is kept.
+    /// The pairs have not determined the baseline direction: the baseline in use is kept.
     Baseline,
-    /// The last pair showed the scene of the one before: it adds no evidence.
+    /// The last pair showed the same scene as the pair before it, and adds no evidence.
     Repeated,
     /// Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
     Axis,
-    /// No witness has measured the yaw of the mount, and rows do not tell it from the apparent yaw of the lens: the
-    /// deviations of yaw and of depth contain both.
+    /// No witness has measured the yaw of the mount, and rows do not separate it from the apparent yaw of the lens: the
+    /// deviations of yaw and of depth include both yaws.
     Yaw,
 }
 
@@ -55,7 +56,7 @@ texts! {
 }
 
 impl Reason {
-    /// All, those that forbid arming first.
+    /// All reasons; the reasons that forbid arming come first.
     pub const ALL: [Self; 11] = [
         Self::NotLocked,
         Self::SecondMode,
@@ -80,13 +81,13 @@ impl Reasons {
     /// No reason.
     pub const NONE: Self = Self(0);
 
-    /// With a reason, if it holds.
+    /// Returns the set with a reason added, if the reason holds.
     #[must_use]
     pub(crate) const fn with(self, reason: Reason, holds: bool) -> Self {
         if holds { Self(self.0 | reason.code()) } else { self }
     }
 
-    /// Whether one of them forbids arming.
+    /// Returns whether a reason of the set forbids arming.
     pub(crate) const fn forbid_arming(self) -> bool {
         self.contains(Reason::NotLocked)
             || self.contains(Reason::Unfit)
@@ -94,29 +95,29 @@ impl Reasons {
             || self.is_doubtful()
     }
 
-    /// Whether the matches are too doubtful to apply an estimate of them.
+    /// Returns whether the matches are too doubtful to apply their estimate.
     pub(crate) const fn is_doubtful(self) -> bool {
         self.contains(Reason::SecondMode) || self.contains(Reason::Biased)
     }
 
-    /// Whether there is no reason.
+    /// Returns whether the set is empty.
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
 
-    /// Whether a reason is in the set.
+    /// Returns whether a reason is in the set.
     #[must_use]
     pub const fn contains(self, reason: Reason) -> bool {
         self.0 & reason.code() != 0
     }
 
-    /// The reasons, in the order of [`Reason::ALL`].
+    /// Returns the reasons, in the order of [`Reason::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Reason> {
         Reason::ALL.into_iter().filter(move |reason| self.contains(*reason))
     }
 
-    /// Sum of the [`Reason::code`]s.
+    /// Returns the sum of the [`Reason::code`]s.
     #[must_use]
     pub const fn bits(self) -> u16 {
         self.0
@@ -124,7 +125,7 @@ impl Reasons {
 }
 
 impl fmt::Display for Reasons {
-    /// `estimate not locked, baseline not observed`; `none` without any.
+    /// Writes the reasons: `estimate not locked, baseline not observed`; `none` for an empty set.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.is_empty() {
             return f.write_str("none");

@@ -1,5 +1,5 @@
-//! Depth in scenes whose matches are all moved alike: a far scene shows it before it shows a baseline direction, and the same
-//! image on both sides does not (`ESTIMATOR.md`, section 16).
+//! Evidence of depth in scenes whose matches all have the same motion between the images. A far scene shows depth
+//! before it shows a baseline direction; the same image on both sides never does (`ESTIMATOR.md`, section 16).
 
 use crate::scalar::Scalar;
 use crate::thresholds::{LONG_DECAY, RELIEF_KEPT, RELIEF_SHARE, RELIEF_SHOWN};
@@ -7,29 +7,30 @@ use crate::thresholds::{LONG_DECAY, RELIEF_KEPT, RELIEF_SHARE, RELIEF_SHOWN};
 /// A test over the last pairs: whether the motions of their matches differ more along rows than across them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Relief<T> {
-    /// Sum of the scores of the matches, each between -1 (across rows) and 1 (along them), faded.
+    /// Faded sum of the scores of the matches, each from -1 (across rows) to 1 (along rows).
     excess: T,
-    /// Their number, faded.
+    /// Faded number of the matches.
     matches: T,
 }
 
 impl<T: Scalar> Relief<T> {
     pub(crate) const NONE: Self = Self { excess: T::ZERO, matches: T::ZERO };
 
-    /// Adds a pair: sum of the scores of its matches, and their number.
+    /// Adds a pair, given as the sum of the scores of its matches and their number.
     pub(crate) fn add(&mut self, [excess, matches]: [T; 2]) {
         let decay = T::lit(LONG_DECAY);
         self.excess = self.excess * decay + excess;
         self.matches = self.matches * decay + matches;
     }
 
-    /// Whether chance does not explain the excess, nor a small share of mismatches along rows.
+    /// Returns whether depth is shown: neither chance nor a small share of mismatches along rows explains the excess.
     pub(crate) fn is_shown(&self) -> bool {
         let by_chance = T::lit(RELIEF_SHOWN) * (self.matches * T::HALF).sqrt();
         self.excess > by_chance.max(T::lit(RELIEF_SHARE) * self.matches)
     }
 
-    /// As after a restart: shown by few matches, so that some pairs without depth take it back.
+    /// Returns the test after a restart. If depth was shown before, few matches show it now, so that a few pairs
+    /// without depth revoke it.
     pub(crate) fn kept(is_shown: bool) -> Self {
         if !is_shown {
             return Self::NONE;

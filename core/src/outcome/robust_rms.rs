@@ -3,17 +3,17 @@
 use crate::scalar::Scalar;
 use crate::thresholds::{CLIPPED_LEVELS, ROW_LEVELS};
 
-/// Squares of row offsets by size: each level reaches twice as far as the one before.
+/// Squares of row offsets, sorted into levels of size: each level ends at twice the end of the previous one.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SquaresBySize<T> {
     /// Square of the end of the first level.
     first: T,
-    /// Number and sum of the squares of each level; the last one is open.
+    /// Number and sum of the squares of each level; the last level has no upper end.
     levels: [(u16, T); ROW_LEVELS],
 }
 
 impl<T: Scalar> SquaresBySize<T> {
-    /// Without row offsets.
+    /// Returns the squares before the first row offset.
     ///
     /// * `first`: end of the first level, above 0, in the unit of the row offsets.
     pub(super) fn none(first: T) -> Self {
@@ -30,7 +30,7 @@ impl<T: Scalar> SquaresBySize<T> {
         }
     }
 
-    /// RMS with row offsets beyond 4 times the level of the median clipped there; 0 without any.
+    /// Returns the RMS; 0 without row offsets. Row offsets are clipped at 4 times the end of the level of the median.
     pub(super) fn rms(&self) -> T {
         let all: u32 = self.levels.iter().map(|(count, _)| u32::from(*count)).sum();
         let (mut end, mut below, mut kept) = (self.first, 0_u32, CLIPPED_LEVELS);
@@ -63,7 +63,7 @@ mod tests {
         squares.rms()
     }
 
-    /// Quantiles of a normal distribution of deviation 1, nearly.
+    /// Returns approximate quantiles of the standard normal distribution.
     fn normal(n: u32) -> Vec<f64> {
         let one = |i: u32| {
             let p = (f64::from(i) + 0.5) / f64::from(n);

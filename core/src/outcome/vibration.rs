@@ -5,10 +5,10 @@ use core::fmt;
 use crate::algebra::block_variances::BlockVariances;
 use crate::scalar::Scalar;
 
-/// Motion of the rig from one pair to the next about the same mean, rad RMS; 0 where the pairs show no sign of any.
+/// Motion of the rig from one pair to the next about a constant mean, rad RMS; 0 if the pairs show no vibration.
 ///
-/// The estimate is the mean; the extrinsics of a single pair are off by this much. No calibration follows it. Remedies: a
-/// stiffer mount, dampers, or better synchronised cameras.
+/// The estimate is the mean; the extrinsics of a single pair are off by this much. No calibration can follow a
+/// vibration. Remedies: a stiffer mount, dampers, or better synchronised cameras.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -20,10 +20,10 @@ pub struct Vibration<T> {
 }
 
 impl<T: Scalar> Vibration<T> {
-    /// No sign of any.
+    /// No vibration.
     pub const NONE: Self = Self { rotation: T::ZERO, baseline: T::ZERO };
 
-    /// Whether there is no sign of any.
+    /// Returns whether the pairs show no vibration.
     pub fn is_none(&self) -> bool {
         self.rotation == T::ZERO && self.baseline == T::ZERO
     }
@@ -36,7 +36,7 @@ impl<T: Scalar> From<BlockVariances<T>> for Vibration<T> {
 }
 
 impl<T: Scalar> fmt::Display for Vibration<T> {
-    /// Degrees RMS of rotation and baseline.
+    /// Writes rotation and baseline, degrees RMS.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let [r, t] = [self.rotation, self.baseline].map(|rad| rad.to_f64().to_degrees());
         write!(f, "vibration {r:.3} deg R, {t:.3} deg t")

@@ -1,4 +1,5 @@
-//! Compensated sums: the rounding error of an addition enters the next one (Kahan, with Knuth's exact two-term sum).
+//! Compensated sums: the rounding error of an addition enters the next addition (Kahan, with Knuth's exact two-term
+//! sum).
 
 use crate::scalar::Scalar;
 
@@ -22,7 +23,7 @@ impl<T: Scalar> Sum<T> {
         self.sum = total;
     }
 
-    /// The sum.
+    /// Returns the sum.
     pub(super) fn value(&self) -> T {
         self.sum + self.lost
     }

@@ -1,5 +1,5 @@
-//! Last pass of a pair of the published method: noise and information at the solution, and its fit against that of the
-//! start.
+//! Last pass of a pair of the published method: noise and information at the solution, and the fits of start and
+//! solution.
 
 use super::residual::linearised;
 use crate::algebra::information::Information;
@@ -14,23 +14,24 @@ use crate::thresholds::SCREEN;
 pub(super) struct Evaluation<T> {
     /// Information of the inliers, for row offsets of variance 1.
     pub(super) information: Information<T>,
-    /// Row offsets within the Huber threshold.
+    /// Number of row offsets within the Huber threshold.
     pub(super) inliers: u32,
     /// Sum of the squared row offsets, each clipped to the threshold.
     pub(super) clipped_squares: T,
-    /// Points clearly in front of the cameras, and clearly behind them, among all correspondences: Huber's loss depends
-    /// on all of them.
+    /// Numbers of points clearly in front of the cameras and clearly behind them. All correspondences count, because
+    /// Huber's loss depends on all of them.
     pub(super) sides: [u32; 2],
-    /// Row offsets within [`SCREEN`] thresholds, and sums of their squares at start and solution.
+    /// Number of row offsets within [`SCREEN`] thresholds, and sums of their squares at start and solution.
     pub(super) screened: u32,
     pub(super) squares_before: T,
     pub(super) squares_after: T,
 }
 
 impl<T: Scalar> Evaluation<T> {
-    /// Sums over a batch.
+    /// Returns the sums over a batch.
     ///
-    /// * `threshold`: threshold of Huber's loss, unit depth; `least`: least disparity beyond noise.
+    /// * `threshold`: threshold of Huber's loss, at unit depth.
+    /// * `least`: least disparity beyond noise, at unit depth.
     pub(super) fn over(
         pairs: &[RayPair<T>],
         start: &RectifyingRotations<T>,

@@ -1,4 +1,4 @@
-//! Gate of the published method: pairs that enter the mean.
+//! Gate of the published method: it decides which pairs enter the mean.
 
 use crate::config::Context;
 use crate::error::Rejection;

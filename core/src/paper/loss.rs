@@ -7,19 +7,19 @@ use crate::scalar::Scalar;
 /// It bounds the influence of one gross outlier; the influence of many adds up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Huber<T> {
-    /// `c_t`, unit of the residual.
+    /// `c_t`, in the unit of the residual.
     pub(crate) threshold: T,
 }
 
 impl<T: Scalar> Huber<T> {
-    /// `w_i` of eq 18: 1 within the threshold, `c_t / |e|` beyond.
+    /// Returns the weight `w_i` of eq 18: 1 within the threshold, `c_t / |e|` beyond.
     #[inline(always)]
     pub(crate) fn weight(&self, e: T) -> T {
         let size = e.abs();
         if size <= self.threshold { T::ONE } else { self.threshold / size }
     }
 
-    /// The loss whose derivative is `w(e) e`.
+    /// Returns the loss, whose derivative is `w(e) e`.
     #[inline(always)]
     pub(crate) fn cost(&self, e: T) -> T {
         let size = e.abs();

@@ -1,8 +1,8 @@
 //! The paper's fusion (eqs 20 to 22): mean directions of `t^k` and of the rotation axes, and a central angle.
 //!
-//! The sums add differences from the first pair, compensated: a million pairs lose no digit in `f32`. All pairs have
-//! the same weight. Near `R = I` the axis of a pair is noise and the result is biased; then `axis_is_meaningful` is
-//! false.
+//! The sums add differences from the first pair, and are compensated: a million pairs lose no digit in `f32`. All pairs
+//! have the same weight. Near `R = I` the axis of a pair is noise and the result is biased; then `axis_is_meaningful`
+//! is false.
 
 use nalgebra::{Unit, Vector3};
 
@@ -23,21 +23,21 @@ use crate::thresholds::paper::{
 #[derive(Debug, Clone)]
 pub struct MeanDirection<T> {
     central: Central,
-    /// Pairs added.
+    /// Number of pairs added.
     pairs: u32,
     /// `t` and rotation vector of the first pair: the origin of the sums of differences.
     first: [Vector3<T>; 2],
     /// Standard deviations of the first pair, rad.
     first_sd: StandardDeviations<T>,
-    /// Differences of `t` from that of the first pair.
+    /// Sum of the differences of `t` from the first pair.
     baseline: [Sum<T>; 3],
-    /// Unit rotation axes.
+    /// Sum of the unit rotation axes.
     axis: [Sum<T>; 3],
-    /// Differences of rotation vectors from that of the first pair, rad.
+    /// Sum of the differences of the rotation vectors from the first pair, rad.
     rotation: [Sum<T>; 3],
-    /// Squared lengths of both differences.
+    /// Sums of the squared lengths of the differences of `t` and of the rotation vectors.
     squares: [Sum<T>; 2],
-    /// Differences of angles from that of the first pair, rad.
+    /// Sum of the differences of the rotation angles from the first pair, rad.
     angle: Sum<T>,
     median: Median<T>,
 }
@@ -51,8 +51,8 @@ pub struct FusedEstimate<T: Scalar> {
     pub extrinsics: Extrinsics<T>,
     /// Number of pairs in it.
     pub pairs: u32,
-    /// Standard errors of the means, rad; for `R` with the distance of `s* v*` from the mean rotation vector. With one
-    /// pair, those of the pair.
+    /// Standard errors of the means, rad. The value for `R` includes the distance of `s* v*` from the mean rotation
+    /// vector. With one pair they are the standard deviations of that pair.
     pub sd: StandardDeviations<T>,
     /// Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
     pub axis_concentration: T,
@@ -61,7 +61,7 @@ pub struct FusedEstimate<T: Scalar> {
 }
 
 impl<T: Scalar> MeanDirection<T> {
-    /// No pairs yet.
+    /// Returns the sums before the first pair.
     #[must_use]
     pub const fn new(central: Central) -> Self {
         let origin = Vector3::new(T::ZERO, T::ZERO, T::ZERO);
@@ -79,7 +79,7 @@ impl<T: Scalar> MeanDirection<T> {
         }
     }
 
-    /// Adds one pair in constant time and without a check: the gate refuses pairs.
+    /// Adds one pair in constant time. It checks nothing, because the gate has admitted the pair.
     pub fn add(&mut self, report: &PairReport<T>) {
         if self.pairs == u32::MAX {
             return;
@@ -112,12 +112,12 @@ impl<T: Scalar> MeanDirection<T> {
         self.central
     }
 
-    /// Pairs added.
+    /// Returns the number of pairs added.
     pub fn pairs(&self) -> u32 {
         self.pairs
     }
 
-    /// `R*`, `t*` of eqs 21, 22. `None` before the first pair, or if the directions cancel.
+    /// Returns `R*`, `t*` of eqs 21, 22. `None` before the first pair, or if the directions cancel.
     pub fn estimate(&self) -> Option<FusedEstimate<T>> {
         if self.pairs == 0 {
             return None;
@@ -146,9 +146,10 @@ impl<T: Scalar> MeanDirection<T> {
         })
     }
 
-    /// Standard errors of the means: root of the sample variance over the number of pairs.
+    /// Returns the standard errors of the means: root of the sample variance over the number of pairs.
     ///
-    /// * `n`: pairs; `bias`: distance of central angle times mean axis from the mean rotation vector, rad.
+    /// * `n`: number of pairs.
+    /// * `bias`: distance of central angle times mean axis from the mean rotation vector, rad.
     fn standard_deviations(&self, n: T, bias: T) -> StandardDeviations<T> {
         if self.pairs < 2 {
             return self.first_sd;
@@ -174,7 +175,7 @@ fn mean<T: Scalar>(sums: &[Sum<T>; 3], n: T) -> Vector3<T> {
     Vector3::from(sums.map(|sum| sum.value() / n))
 }
 
-/// Direction of a vector of known length; zero for length 0.
+/// Returns the direction of a vector of known length; zero for length 0.
 fn unit_or_zero<T: Scalar>(v: &Vector3<T>, length: T) -> Vector3<T> {
     if length > T::ZERO { v / length } else { Vector3::zeros() }
 }

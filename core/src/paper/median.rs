@@ -3,13 +3,13 @@
 //! Exact over the first [`MEDIAN_VALUES`] values; then Robbins and Monro's stochastic approximation,
 //! `m += 1.25 s sign(x - m) / n`, with the error of the exact median (`1.25 s / sqrt n`) for a normal distribution. `s`
 //! is 1.4826 times the median absolute deviation of the first values: a minority of outliers moves neither centre nor
-//! step. A later shift of the distribution is followed at the pace of the steps.
+//! step. After a later shift of the distribution the estimate moves by these steps only.
 
 use crate::scalar::Scalar;
 use crate::thresholds::paper::{MEDIAN_VALUES, MIN_DEVIATION_RAD};
 
-/// Step over the median absolute deviation: 1.4826 makes that a standard deviation, 1.2533 = sqrt(pi / 2) one over twice
-/// the normal density at the median.
+/// Step over the median absolute deviation. The factor 1.4826 turns this deviation into a standard deviation; 1.2533 =
+/// sqrt(pi / 2) is one over twice the normal density at the median.
 const MEDIAN_STEP: f64 = 1.4826 * 1.2533;
 
 /// Streaming median. RAM: about 140 bytes in `f32`.
@@ -17,7 +17,7 @@ const MEDIAN_STEP: f64 = 1.4826 * 1.2533;
 pub(super) struct Median<T> {
     /// The first values.
     window: Sorted<T>,
-    /// Values added.
+    /// Number of values added.
     count: u32,
     /// Median so far.
     centre: T,
@@ -45,12 +45,12 @@ impl<T: Scalar> Median<T> {
         }
     }
 
-    /// The median so far; `None` before the first value.
+    /// Returns the median so far; `None` before the first value.
     pub(super) fn value(&self) -> Option<T> {
         (self.count > 0).then_some(self.centre)
     }
 
-    /// `1 / (2 density at the median)` of a normal distribution with the window's deviation.
+    /// Returns `1 / (2 density at the median)` of a normal distribution with the deviation of the window.
     fn first_step(&self) -> T {
         let mut deviations = Sorted::EMPTY;
         for x in self.window.values.iter().take(self.window.filled) {
@@ -70,7 +70,7 @@ struct Sorted<T> {
 impl<T: Scalar> Sorted<T> {
     const EMPTY: Self = Self { values: [T::ZERO; MEDIAN_VALUES], filled: 0 };
 
-    /// Inserts a value in order; false where the window is full.
+    /// Inserts a value in order; returns false if the window is full.
     fn insert(&mut self, x: T) -> bool {
         if self.filled == MEDIAN_VALUES {
             return false;
@@ -88,7 +88,7 @@ impl<T: Scalar> Sorted<T> {
         true
     }
 
-    /// Middle value, or the mean of the two middle ones; 0 if there are no values.
+    /// Returns the middle value, or the mean of the two middle ones; 0 without values.
     fn middle(&self) -> T {
         let at = |i: usize| self.values.get(i).copied().unwrap_or(T::ZERO);
         let half = self.filled / 2;
@@ -110,7 +110,7 @@ mod tests {
         m.value()
     }
 
-    /// 101 equally spaced values in `0..=1`, in a repeating scattered order.
+    /// Returns value `i` of 101 equally spaced values in `0..=1`, in a repeating scattered order.
     fn scattered(i: u16) -> f32 {
         f32::from(i % 101 * 37 % 101) / 100.0
     }

@@ -1,38 +1,40 @@
-//! The published method (eqs 9 to 22), complete, beside `pair` and `fusion`: a reference and a baseline.
+//! The complete published method (eqs 9 to 22), separate from `pair` and `fusion`. It is a reference and a baseline for
+//! comparison.
 //!
 //! - `residual`, `loss`: row offset, derivatives, Huber weight. `solver`, `evaluation`: one pair, from the factory
 //!   extrinsics.
 //! - `gate`, `mean_direction`: many pairs. `compensated`, `median`: their sums and central angle.
 //!
-//! Tests of the whole: `host-tests/tests/errata.rs`, `host-tests/src/baselines/literal_paper.rs` (literal transcription with 6
-//! parameters).
+//! Tests of the whole: `host-tests/tests/errata.rs`, `host-tests/src/baselines/literal_paper.rs` (literal transcription
+//! with 6 parameters).
 //!
-//! *Residual* `e = v_l - v_r` (11). A left perturbation `w` gives `dv = -(1 + v^2) w_x + u v w_y + u w_z` (14, 15). In the five
-//! unknowns, with `d = u_l - u_r`: `J = [-(1 + v_l^2), u_l v_l, u_l, d v_l + u_r e, d - s e (v_l + v_r)]`. The paper's row `e_0` and
-//! sixth parameter fix the gauge only.
+//! *Residual* `e = v_l - v_r` (11). A left perturbation `w` gives `dv = -(1 + v^2) w_x + u v w_y + u w_z` (14, 15). In
+//! the five unknowns, with `d = u_l - u_r`: `J = [-(1 + v_l^2), u_l v_l, u_l, d v_l + u_r e, d - s e (v_l + v_r)]`. The
+//! paper's row `e_0` and sixth parameter fix the gauge only.
 //!
-//! *Solver* (16 to 19). Huber weights `min(1, c_t / |e|)`; Levenberg-Marquardt `(H + lambda diag H) x = -g`. A step is kept only if the
-//! cost falls; a ray behind a camera costs as much as a row offset of 1. Nielsen's rule sets `lambda` within `DAMPING_FACTOR`. Below
-//! the rounding of the cost its change is `(g_0 + g_1) . x / 2`, exact for a quadratic (approximate Wolfe condition, Hager and
-//! Zhang). Information of `n` rows, `m` of them within `c_t`:
+//! *Solver* (16 to 19). Huber weights `min(1, c_t / |e|)`; Levenberg-Marquardt `(H + lambda diag H) x = -g`. A step is
+//! kept only if the cost falls; a ray behind a camera costs as much as a row offset of 1. Nielsen's rule sets `lambda`
+//! within `DAMPING_FACTOR`. If the change of the cost is below its rounding, it is computed as `(g_0 + g_1) . x / 2`,
+//! exact for a quadratic (approximate Wolfe condition, Hager and Zhang). Information of `n` rows, `m` of them within
+//! `c_t`:
 //!
 //! ```text
 //! information = (sum over |e| <= c_t of J J^T, less disparity noise) m / (n variance)
 //! variance    = max( sum min(|e|, c_t)^2 / (n - 5), floor^2 )
 //! ```
 //!
-//! `J_4` loses `n variance` of its squared sum (`less_disparity_noise`). A pair is refused unless
+//! The squared sum of `J_4` is reduced by `n variance` (`less_disparity_noise`). A pair is refused unless
 //! `variance (n + 9 H_00 / H_11) <= MAX_DISPARITY_NOISE H_44`, with a yaw error of 3 deviations.
 //!
-//! *Fusion* (20 to 22). `t* = normalize(sum t_k)`; `R* = exp([s* v*]x)` with `v*` the normalised sum of the unit axes and `s*` mean or
-//! median of the angles. Sums are of differences from the first pair, compensated. The median is exact over `MEDIAN_VALUES`, then
-//! Robbins-Monro, `m += MEDIAN_STEP mad sign(x - m) / n`. Deviations are the standard errors of the means. Near `R = I` axes are
-//! noise: `Reason::Axis`.
+//! *Fusion* (20 to 22). `t* = normalize(sum t_k)`; `R* = exp([s* v*]x)` where `v*` is the normalised sum of the unit
+//! axes, and `s*` is the mean or median of the angles. Sums are of differences from the first pair, compensated. The
+//! median is exact over `MEDIAN_VALUES`, then Robbins-Monro, `m += MEDIAN_STEP mad sign(x - m) / n`. Deviations are the
+//! standard errors of the means. Near `R = I` axes are noise: `Reason::Axis`.
 //!
-//! *Errata*, each with a test: (14) prints `J_0` with the opposite sign; (12) has `theta_l` for `theta_r`; (8) lacks a normalisation;
-//! the public code returns `+r_r1` for `t`; "insufficiently" small means sufficiently; (20), (23) break at 0 and pi, and `arccos`
-//! loses `f32`; (18) alone does not survive gross outliers; (12) with `e_0` at weight 1 lets outliers bend the gauge by up to 2.3e-4
-//! rad; (3) exchanges `p_l` and `p_r`.
+//! *Errata*, each with a test: (14) prints `J_0` with the opposite sign; (12) has `theta_l` for `theta_r`; (8) lacks a
+//! normalisation; the public code returns `+r_r1` for `t`; "insufficiently" small means sufficiently; (20), (23) break
+//! at 0 and pi, and `arccos` loses `f32`; (18) alone does not survive gross outliers; (12) with `e_0` at weight 1 lets
+//! outliers bend the gauge by up to 2.3e-4 rad; (3) exchanges `p_l` and `p_r`.
 
 mod compensated;
 mod evaluation;
@@ -88,10 +90,10 @@ impl<T: Scalar> Paper<T> {
         (self.solver, self.solved) = (None, None);
     }
 
-    /// Begins a batch, with its first pass.
+    /// Begins to solve a batch, and takes its first pass.
     ///
     /// # Errors
-    /// [`Rejection::TooFew`], [`Rejection::Unobservable`]; there is no pair then.
+    /// [`Rejection::TooFew`], [`Rejection::Unobservable`]; no pair is being solved then.
     #[inline(never)]
     pub(crate) fn begin(
         &mut self,
@@ -104,7 +106,7 @@ impl<T: Scalar> Paper<T> {
         Ok(())
     }
 
-    /// Takes one more pass; true once only that of the evaluation is left.
+    /// Takes one more pass; returns true, without a pass, once only the evaluation pass is left.
     ///
     /// # Errors
     /// [`Rejection::NotBegun`].
@@ -117,7 +119,7 @@ impl<T: Scalar> Paper<T> {
         Ok(solved)
     }
 
-    /// Takes the pass of the evaluation, and reports the pair.
+    /// Takes the evaluation pass, and returns the report of the pair.
     ///
     /// # Errors
     /// [`Rejection`]; there is no pair to fuse then.
@@ -136,7 +138,7 @@ impl<T: Scalar> Paper<T> {
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
         let report = self.solved.take().ok_or(Rejection::NotBegun)?;
         gate::admit(context, &report)?;
-        // On a copy: the mean of pairs within the limit may exceed it.
+        // On a copy, because the mean of pairs within the limit may exceed the limit.
         let mut fusion = self.fusion.clone();
         fusion.add(&report);
         if fusion.estimate().is_some_and(|estimate| !context.allows(&estimate.extrinsics)) {
@@ -154,7 +156,7 @@ impl<T: Scalar> Paper<T> {
         if self.has_pairs() { State::Locked } else { State::Acquiring }
     }
 
-    /// The estimate; `None` before the first pair, or where directions cancel.
+    /// Returns the estimate; `None` before the first pair, or if the directions cancel.
     pub(crate) fn proposal(&self) -> Option<Proposal<T>> {
         let estimate = self.fusion.estimate()?;
         Some(Proposal {

@@ -1,13 +1,13 @@
 //! Row offset of one correspondence and its derivatives (eqs 9-15 with `u = x/z`, `v = y/z`).
 //!
-//! Input: rays at unit depth, dimensionless. Output: `e_i = v_l - v_r` between the rectified rays, dimensionless; times
-//! the focal length it is pixels. Departures from the print, each with its test:
-//! - The five unknowns are the turns of `R` (3) and of the baseline (2), not those of `R_l` and `R_r`. The steps are
-//!   the same. The columns are not nearly parallel in far scenes, which `f32` needs, and the information belongs to `R`
-//!   and `t`.
-//! - The step keeps eq 8: the row `e_0` and the sixth unknown are not needed.
-//! - A ray of rectified depth below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH) is skipped and counted; the print
-//!   divides by it.
+//! Input: rays at unit depth, dimensionless. Output: `e_i = v_l - v_r` between the rectified rays, dimensionless;
+//! multiplied by the focal length it is in pixels. Departures from the paper, each with a test:
+//! - The five unknowns are the turns of `R` (3) and of the baseline (2), and not the turns of `R_l` and `R_r`. The
+//!   steps are the same. In far scenes the columns of the Jacobian are not nearly parallel, which `f32` needs. The
+//!   information belongs to `R` and `t`.
+//! - The step keeps eq 8, so the row `e_0` and the sixth unknown are not needed.
+//! - A ray of rectified depth below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH) is skipped and counted; the paper
+//!   divides by this depth.
 
 use nalgebra::Vector2;
 
@@ -19,13 +19,14 @@ use crate::scalar::Scalar;
 /// Residual and derivatives of one correspondence.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Row<T> {
-    /// `e_i`, unit depth.
+    /// `e_i`, at unit depth.
     pub(crate) offset: T,
-    /// Derivatives by turn of `R` about rectified x, y, z, then turn of the baseline about y, z.
+    /// Derivatives by the turns of `R` about rectified x, y, z, then by the turns of the baseline about y, z.
     pub(crate) jacobian: [T; 5],
 }
 
-/// `e_i` with its derivatives for [`RectifyingRotations::stepped`].
+/// Returns `e_i` and its derivatives by the unknowns of [`RectifyingRotations::stepped`]; `None` if a ray lies behind
+/// the rectified plane.
 #[inline(always)]
 pub(crate) fn linearised<T: Scalar>(
     rotations: &RectifyingRotations<T>,
@@ -50,7 +51,7 @@ pub(crate) struct RectifiedPair<T> {
 }
 
 impl<T: Scalar> RectifiedPair<T> {
-    /// `None` if a ray lies behind the rectified plane.
+    /// Returns the rectified correspondence; `None` if a ray lies behind the rectified plane.
     #[inline(always)]
     pub(crate) fn of(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<Self> {
         let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
@@ -69,16 +70,17 @@ impl<T: Scalar> RectifiedPair<T> {
         })
     }
 
-    /// `u_l - u_r`, unit depth; negative for points behind the cameras.
+    /// Returns the disparity `u_l - u_r` at unit depth; negative for points behind the cameras.
     #[inline(always)]
     pub(crate) fn disparity(&self) -> T {
         self.left.u - self.right.u
     }
 
-    /// Row offset and derivatives. A left perturbation changes `v` by `[-(1 + v^2), u v, u]` (eqs 14, 15); the baseline
-    /// columns, differences of a left and a right one, are products of the disparity: no cancellation in far scenes.
+    /// Returns the row offset and its derivatives. A left perturbation changes `v` by `[-(1 + v^2), u v, u]` (eqs 14,
+    /// 15). The baseline columns are differences of a left and a right column. They are written as products with the
+    /// disparity or the row offset, so that nothing cancels in far scenes.
     ///
-    /// * `gauge_slope`: `s`, turn about x per turn of the baseline about z.
+    /// * `gauge_slope`: `s`, turn about x per turn of the baseline about z, dimensionless.
     #[inline(always)]
     pub(crate) fn row(&self, gauge_slope: T) -> Row<T> {
         let (left, right) = (&self.left, &self.right);
@@ -105,7 +107,7 @@ mod tests {
     use nalgebra::Vector3;
     use proptest::prelude::*;
 
-    /// Central difference of fourth order by the five unknowns.
+    /// Returns the central differences of fourth order by the five unknowns.
     fn numeric(pose: &RectifyingRotations<f64>, pair: &RayPair<f64>) -> [f64; 5] {
         core::array::from_fn(|i| {
             let at = |h: f64| {

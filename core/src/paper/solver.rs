@@ -1,8 +1,8 @@
 //! One pair: Levenberg-Marquardt on the rectifying rotations (eqs 16 to 19), one pass at a time.
 //!
-//! A pass reads each correspondence once: residuals, derivatives, normal equations and cost of one trial pose. A
-//! rejected trial costs a pass, so passes bound the time. Optimum and steps follow eq 17, with the damping scaled by
-//! the diagonal (Marquardt).
+//! A pass reads each correspondence once, and computes residuals, derivatives, normal equations and cost of one trial
+//! pose. A rejected trial costs a pass, so passes bound the time. Optimum and steps follow eq 17, with the damping
+//! scaled by the diagonal (Marquardt).
 
 use nalgebra::Vector5;
 
@@ -26,7 +26,8 @@ use crate::thresholds::paper::{
     MIN_DAMPING, TOLERANCE_ULPS,
 };
 
-/// Correspondences of a partial sum: comparing the costs of two poses needs the last digits.
+/// Number of correspondences in a partial sum. Partial sums keep the last digits, which a comparison of the costs of
+/// two poses needs.
 const BLOCK: usize = 16;
 
 /// Sums of one pass over the batch at one pose.
@@ -38,7 +39,7 @@ struct Pass<T> {
     cost: T,
     /// Sum of the squared weighted residuals.
     squares: T,
-    /// Correspondences in front of both cameras, and behind one.
+    /// Numbers of correspondences in front of both cameras, and behind a camera.
     usable: u32,
     skipped: u32,
 }
@@ -49,7 +50,7 @@ pub struct HuberSolver<T: Scalar> {
     /// Mean focal length, px.
     focal: T,
     loss: Huber<T>,
-    /// Step that counts as converged, rad.
+    /// Step below which the solver has converged, rad.
     tolerance: T,
     /// Smallest standard deviation of a row offset.
     noise_floor: T,
@@ -69,7 +70,7 @@ pub struct HuberSolver<T: Scalar> {
 }
 
 impl<T: Scalar> HuberSolver<T> {
-    /// Takes the first pass, at the start.
+    /// Begins a pair, and takes the first pass at the start pose.
     ///
     /// * `focal`: mean focal length of the cameras, px.
     ///
@@ -110,7 +111,8 @@ impl<T: Scalar> HuberSolver<T> {
         })
     }
 
-    /// Takes one more pass: one trial step, kept only if the cost falls. `Some` at the end.
+    /// Takes one more pass: one trial step, which is kept only if the cost falls. Returns the reason once the solver
+    /// has stopped.
     #[inline(never)]
     pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         if self.stop.is_none() {
@@ -122,12 +124,12 @@ impl<T: Scalar> HuberSolver<T> {
         self.stop
     }
 
-    /// Whether only [`HuberSolver::report`] is left.
+    /// Returns whether only [`HuberSolver::report`] is left.
     pub fn is_done(&self) -> bool {
         self.stop.is_some()
     }
 
-    /// Takes one trial step; returns the reason of the end if this is the last.
+    /// Takes one trial step; returns the reason of the stop if this is the last step.
     fn attempt(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         self.passes = self.passes.saturating_add(1);
         let step = self.at_pose.information.damped_step(self.damping, &self.at_pose.gradient);
@@ -142,8 +144,8 @@ impl<T: Scalar> HuberSolver<T> {
         let penalty = self.loss.cost(T::ONE);
         let change = at_trial.penalised(penalty) - self.at_pose.penalised(penalty);
         let rounding = self.at_pose.cost_rounding();
-        // Below the rounding of the cost the slopes at both ends give its change more exactly (approximate Wolfe
-        // condition of Hager and Zhang).
+        // Below the rounding of the cost, the slopes at both ends give the change of the cost more exactly (approximate
+        // Wolfe condition of Hager and Zhang).
         let falls = change < -rounding
             || (change <= rounding
                 && at_trial.usable == self.at_pose.usable
@@ -152,7 +154,7 @@ impl<T: Scalar> HuberSolver<T> {
             let small = d.amax() <= self.tolerance;
             return self.reject().or(small.then_some(Stop::NoDescent));
         }
-        // Relative to the variance of the estimate, so independent of scalar and scene.
+        // The limit is relative to the variance of the estimate, so it does not depend on scalar and scene.
         let negligible = -slope_here <= T::EPSILON * at_trial.squares;
         let undamped = self.damping <= T::lit(LOOSE_DAMPING);
         self.accept(pose, at_trial, change / (slope_here * T::HALF));
@@ -160,9 +162,10 @@ impl<T: Scalar> HuberSolver<T> {
         converged.then_some(Stop::Converged)
     }
 
-    /// Keeps a trial; damping follows Nielsen's rule: less if the quadratic model is better.
+    /// Keeps a trial. The damping follows Nielsen's rule: it is smaller if the quadratic model predicts the cost
+    /// better.
     ///
-    /// * `gain`: change of the cost over that of the model.
+    /// * `gain`: change of the cost over the change that the model predicts.
     fn accept(&mut self, pose: RectifyingRotations<T>, at_pose: Pass<T>, gain: T) {
         self.pose = pose;
         self.at_pose = at_pose;
@@ -173,19 +176,19 @@ impl<T: Scalar> HuberSolver<T> {
         self.growth = T::lit(DAMPING_GROWTH);
     }
 
-    /// Drops a trial and raises the damping; ends beyond [`MAX_DAMPING`].
+    /// Drops a trial and raises the damping; returns the reason of the stop if the damping exceeds [`MAX_DAMPING`].
     fn reject(&mut self) -> Option<Stop> {
         self.damping *= self.growth;
         self.growth *= T::lit(DAMPING_GROWTH);
         (self.damping > T::lit(MAX_DAMPING)).then_some(Stop::NoDescent)
     }
 
-    /// Takes the pass of the evaluation at the pose reached, and reports.
+    /// Takes the evaluation pass at the pose reached, and returns the report.
     ///
     /// # Errors
     /// [`Rejection::NoConsensus`] if too few correspondences are within the Huber threshold, [`Rejection::Behind`] if
-    /// their points are behind the cameras,
-    /// [`Rejection::Unobservable`] if they leave a direction free, or the baseline has turned towards an optical axis.
+    /// their points are behind the cameras, [`Rejection::Unobservable`] if the correspondences leave a direction free,
+    /// or the baseline has turned towards an optical axis.
     #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
         let extrinsics = self.pose.extrinsics().map_err(|_| Rejection::Unobservable)?;
@@ -237,7 +240,7 @@ impl<T: Scalar> Pass<T> {
         skipped: 0,
     };
 
-    /// Sums over a batch, in blocks.
+    /// Returns the sums over a batch, computed in blocks.
     fn over(pairs: &[RayPair<T>], pose: &RectifyingRotations<T>, loss: Huber<T>) -> Self {
         let gauge_slope = pose.gauge_slope();
         let mut total = Self::EMPTY;
@@ -266,12 +269,13 @@ impl<T: Scalar> Pass<T> {
         total
     }
 
-    /// Rounding error of the cost, from residuals at unit depth and from the sum.
+    /// Returns the rounding error of the cost, from residuals at unit depth and from the sum.
     fn cost_rounding(&self) -> T {
         T::lit(COST_ULPS) * T::EPSILON * (self.squares.sqrt() + self.cost)
     }
 
-    /// Cost that counts a ray behind a camera as a row offset of 1 at unit depth: no step gains by turning rays away.
+    /// Returns the cost, in which a ray behind a camera counts as a row offset of 1 at unit depth. Therefore no step
+    /// gains by turning rays away.
     fn penalised(&self, penalty: T) -> T {
         self.cost + T::count(self.skipped) * penalty
     }

@@ -5,10 +5,10 @@ use crate::checksum;
 use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
-/// Numbers that follow each other: how many, the least and the largest that each may be.
+/// Consecutive numbers of a record: their count, and the least and the largest value of each.
 pub(super) type Range = (usize, f32, f32);
 
-/// Bytes of numbers of these ranges.
+/// Returns the length of the numbers of these ranges, bytes.
 pub(super) const fn bytes_of(mut ranges: &[Range]) -> usize {
     let mut bytes = 0;
     while let [(count, _, _), rest @ ..] = ranges {
@@ -25,7 +25,7 @@ pub(super) struct Writer<'a> {
 impl<'a> Writer<'a> {
     /// Writes the header.
     ///
-    /// * `x`, `y`: two bytes that the kind gives a meaning.
+    /// * `x`, `y`: two bytes whose meaning depends on the kind.
     pub(super) fn begin(rest: &'a mut [u8], kind: u8, [x, y]: [u8; 2]) -> Self {
         let mut writer = Self { rest };
         writer.word(u32::from_le_bytes(MAGIC));
@@ -50,7 +50,7 @@ impl<'a> Writer<'a> {
     }
 }
 
-/// Sets the last four bytes of a record to the checksum of those before.
+/// Sets the last four bytes of a record to the checksum of the bytes before.
 pub(super) fn seal(record: &mut [u8]) {
     if let Some((content, sum)) = record.split_last_chunk_mut() {
         *sum = checksum::of_record(content).to_le_bytes();
@@ -89,7 +89,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Whether the numbers that follow are within their ranges.
+    /// Returns whether the numbers that follow are within their ranges.
     #[inline(never)]
     pub(super) fn is_within(&self, ranges: &[Range]) -> bool {
         let mut ahead = self.clone();
@@ -98,7 +98,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Reads a word; 0 beyond the end, which the length of the record excludes.
+    /// Reads a word. Beyond the end it would return 0, but the length of the record excludes this.
     #[inline(never)]
     pub(super) fn word(&mut self) -> u32 {
         let Some((word, rest)) = self.rest.split_first_chunk() else { return 0 };

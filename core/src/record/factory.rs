@@ -1,4 +1,5 @@
-//! Calibration of a rig in production, as a record. It is written once, and everything that is learnt starts from it.
+//! Calibration of a rig in production, as a record. The record is written once, and everything that is learnt starts
+//! from it.
 
 use super::codec::{Reader, Writer, seal};
 use super::{FACTORY, OVERHEAD_BYTES, believe};
@@ -12,10 +13,10 @@ use crate::geometry::rational::Rational;
 use crate::scalar::Scalar;
 use crate::thresholds::CALIBRATED_YAW_SD_RAD;
 
-/// Bytes of a camera: focal lengths, principal point, size, lens and its coefficients, filled up with zeros.
+/// Length of a camera, bytes: focal lengths, principal point, size, lens and its coefficients, padded with zeros.
 const CAMERA_BYTES: usize = 4 * 4 + 4 + 4 + 8 * 4;
 
-/// Bytes of both cameras and of the extrinsics.
+/// Length of both cameras and of the extrinsics, bytes.
 const RIG_BYTES: usize = 2 * CAMERA_BYTES + 12 * 4;
 
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + RIG_BYTES + 2 * 4;
@@ -28,7 +29,7 @@ const fn is_baseline(metres: f32) -> bool {
     metres >= 1e-3 && metres <= 1e3
 }
 
-/// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and how well its calibration is known.
+/// Cameras and extrinsics of a rig as it left the factory, `p_r = R p_l + t`, and the uncertainty of its calibration.
 ///
 /// ```
 /// # use stereo_selfcal::*;
@@ -62,27 +63,27 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// Length of a record: 180 bytes.
     pub const BYTES: usize = BYTES;
 
-    /// A calibration: the yaw of `R` is known to 8.7e-4 rad (0.05 degrees), as a calibration with boards gives it; the
-    /// length of the baseline is not measured.
+    /// Returns a calibration in which the yaw of `R` has a standard deviation of 8.7e-4 rad (0.05 degrees), the value
+    /// of a calibration with boards. The length of the baseline is not measured.
     #[must_use]
     pub const fn new(cameras: Cameras<T>, extrinsics: Extrinsics<T>) -> Self {
         Self { cameras, extrinsics, yaw_sd_rad: Some(CALIBRATED_YAW_SD_RAD), baseline_m: None }
     }
 
-    /// A guess, `R = I`, `t = (-1, 0, 0)`: the rows give the yaw, with the uncertainty of the lens
-    /// ([`crate::Config::with_lens_yaw_sd_rad`]), until a witness measures it.
+    /// Returns a guess: `R = I`, `t = (-1, 0, 0)`. Until a witness measures the yaw, the rows give it, with the
+    /// uncertainty of the lens ([`crate::Config::with_lens_yaw_sd_rad`]).
     #[must_use]
     pub const fn guess(cameras: Cameras<T>) -> Self {
         Self::new(cameras, Extrinsics::SIDE_BY_SIDE).without_yaw()
     }
 
-    /// Standard deviation of the yaw of `R`, rad. Robust preset only.
+    /// Sets the standard deviation of the yaw of `R`, rad. Robust preset only.
     ///
-    /// Rows do not tell yaw from an error `a x y` of the lenses, so depth rests on this value until the rig changes. A
-    /// larger value follows the rows; a smaller one trusts the calibration further than it was measured.
+    /// Rows do not separate yaw from an error `a x y` of the lenses, so depth rests on this value until the rig
+    /// changes. A larger value follows the rows; a smaller one trusts the calibration further than it was measured.
     ///
     /// # Errors
-    /// [`ConfigError::FactoryYaw`] unless from 1e-6 to 1.
+    /// [`ConfigError::FactoryYaw`] if the value is outside 1e-6 to 1.
     pub const fn with_yaw_sd_rad(mut self, rad: f32) -> Result<Self, ConfigError> {
         if is_yaw_sd(rad) {
             self.yaw_sd_rad = Some(rad);
@@ -92,17 +93,17 @@ impl<T: Scalar> FactoryCalibration<T> {
         }
     }
 
-    /// Takes the yaw of `R` as unknown, like that of a guess.
+    /// Takes the yaw of `R` as unknown, as in a guess.
     #[must_use]
     pub const fn without_yaw(mut self) -> Self {
         self.yaw_sd_rad = None;
         self
     }
 
-    /// Length of the baseline, m; a [`crate::depth::RangeReading`] needs it.
+    /// Sets the length of the baseline, m; a [`crate::depth::RangeReading`] needs it.
     ///
     /// # Errors
-    /// [`ConfigError::BaselineLength`] unless from 1e-3 to 1e3.
+    /// [`ConfigError::BaselineLength`] if the value is outside 1e-3 to 1e3.
     pub const fn with_baseline_m(mut self, metres: f32) -> Result<Self, ConfigError> {
         if is_baseline(metres) {
             self.baseline_m = Some(metres);
@@ -112,17 +113,17 @@ impl<T: Scalar> FactoryCalibration<T> {
         }
     }
 
-    /// Standard deviation of the yaw of `R`, rad; `None` for a guess.
+    /// Returns the standard deviation of the yaw of `R`, rad; `None` for a guess.
     pub const fn yaw_sd_rad(&self) -> Option<f32> {
         self.yaw_sd_rad
     }
 
-    /// Length of the baseline, m; `None` if it was not measured.
+    /// Returns the length of the baseline, m; `None` if it was not measured.
     pub const fn baseline_m(&self) -> Option<f32> {
         self.baseline_m
     }
 
-    /// The record. Its numbers are `f32`.
+    /// Returns the calibration as a record. The numbers of the record are `f32`.
     #[must_use]
     pub fn to_record(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];
@@ -150,7 +151,7 @@ impl<T: Scalar> FactoryCalibration<T> {
         let cameras = Cameras { left: read_camera(&mut from)?, right: read_camera(&mut from)? };
         let extrinsics = Extrinsics::from_row_major(from.numbers(), from.numbers());
         let extrinsics = extrinsics.map_err(|_| RestoreError::Absurd)?;
-        // 0: unknown.
+        // 0 stands for an unknown value.
         let known = |number: f32| Some(number).filter(|number| *number != 0.0);
         let [yaw_sd_rad, baseline_m] = from.numbers().map(known);
         believe(yaw_sd_rad.is_none_or(is_yaw_sd) && baseline_m.is_none_or(is_baseline))?;
@@ -158,7 +159,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     }
 }
 
-/// A hash that almost surely changes with any number of the cameras or the extrinsics.
+/// Returns a hash that almost surely changes if any number of the cameras or the extrinsics changes.
 #[inline(never)]
 pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];

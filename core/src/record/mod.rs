@@ -12,16 +12,16 @@ use crate::error::RestoreError;
 /// First bytes of every record.
 const MAGIC: [u8; 4] = *b"SCRC";
 
-/// Layout of the records. Any change of a layout changes it.
+/// Number of the layout of the records. Any change of a layout changes this number.
 const LAYOUT: u8 = 7;
 
 /// Kinds of records.
 const FACTORY: u8 = 1;
 const STATE: u8 = 2;
 
-/// Bytes of magic, layout, kind and two bytes more.
+/// Length of the header, bytes: magic, layout, kind and two more bytes.
 const HEADER_BYTES: usize = 8;
-/// Bytes of header and checksum.
+/// Length of header and checksum, bytes.
 const OVERHEAD_BYTES: usize = HEADER_BYTES + 4;
 
 /// Refuses a number out of its range.

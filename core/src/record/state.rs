@@ -22,14 +22,14 @@ use crate::outcome::relief::Relief;
 use crate::scalar::Scalar;
 use crate::thresholds::{MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD};
 
-/// Largest component of a unit vector, by rounding.
+/// Largest component of a unit vector after rounding.
 const UNIT: f32 = 1.0 + 1e-5;
-/// Rounding of a running mean over its largest term.
+/// Largest ratio of a running mean to its largest term after rounding.
 const MEAN_ROUNDING: f32 = 1.001;
-/// Largest yaw, rad, and largest of its variances, rad^2.
+/// Largest magnitude of a yaw, rad, and largest variance of a yaw, rad^2.
 const MAX_YAW: f32 = 10.0;
 
-/// A threshold in the type of a record.
+/// Converts a threshold to the number type of a record.
 const fn single(threshold: f64) -> f32 {
     #[expect(clippy::as_conversions, clippy::cast_possible_truncation, reason = "const")]
     {
@@ -41,11 +41,12 @@ const LENS: f32 = single(MAX_LENS_CORRECTION);
 const CHI_SQUARE: f32 = single(MAX_REDUCED_CHI_SQUARE) * MEAN_ROUNDING;
 const VIBRATION: f32 = single(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
 
-/// Numbers of [`write_about`].
+/// Ranges of the numbers of [`write_about`].
 const ABOUT: [Range; 2] = [(3, -PI, PI), (3, -UNIT, UNIT)];
-/// Numbers of [`Learned::numbers`].
+/// Ranges of the numbers of [`Learned::numbers`].
 const LEARNED: [Range; 15] = [
-    // Information, 1/rad^2: a million pairs of a thousand matches. No configuration sets this range, nor those below.
+    // Information, 1/rad^2: enough for a million pairs of a thousand matches. The configuration changes neither this
+    // range nor the ranges below.
     (15 + 2 + 3, -1e15, 1e15),
     (30, -MAX_RESPONSE, MAX_RESPONSE),
     (1, 0.0, CHI_SQUARE),
@@ -53,7 +54,7 @@ const LEARNED: [Range; 15] = [
     (1, 0.0, 1e6),
     (1, 0.0, MEAN_ROUNDING),
     (1, -MEAN_ROUNDING, MEAN_ROUNDING),
-    // Matches in the short window: pairs of a million matches.
+    // Matches in the short window: enough for pairs of a million matches.
     (2, 0.0, 1e7),
     (4, -LENS, LENS),
     // Information on the lens, dimensionless.
@@ -66,7 +67,8 @@ const LEARNED: [Range; 15] = [
     (1, -MAX_YAW, MAX_YAW),
 ];
 
-/// Words before them: fingerprint, generation, pairs, two calibrations with their corrections, and the pose.
+/// Words before the learnt numbers: fingerprint, generation, pairs, two calibrations with their corrections, and the
+/// pose.
 const WORDS: usize = 3 + 3 * 6 + 2 * 2;
 /// Length of a record.
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * WORDS + bytes_of(&LEARNED);
@@ -76,14 +78,15 @@ const _: () = assert!(BYTES <= 400);
 /// pairs have shown depth.
 const FLAGS: [u8; 6] = [1, 2, 4, 8, 16, 32];
 
-/// Reads a record into a calibrator, and its estimate; returns whether there is one.
+/// Function that reads the calibrations of a record into a calibrator, and the estimate of the record into the prior;
+/// it returns whether there is a record.
 type Read<'a, C, T> = dyn FnMut(&mut C, &mut Learned<T>) -> Result<bool, RestoreError> + 'a;
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Length of a record of [`Calibrator::snapshot`]: 400 bytes.
     pub const SNAPSHOT_BYTES: usize = BYTES;
 
-    /// The calibration in use and the estimate as a record, for storage that survives a loss of power.
+    /// Returns the calibration in use and the estimate as a record, for storage that survives a loss of power.
     ///
     /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and the knowledge of lens and mount.
     /// The record omits cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the
@@ -95,7 +98,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         record
     }
 
-    /// The knowledge of the lens for [`Calibrator::write_snapshot`].
+    /// Returns the knowledge of the lens for [`Calibrator::write_snapshot`].
     // Apart: the content of the record is not on the stack while the lens is solved.
     #[inline(never)]
     pub(crate) fn learned_lens(&self) -> LensReference<T> {
@@ -117,21 +120,22 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    /// Replaces everything learnt by a record: the calibration in use, and the estimate, which is
-    /// [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed meanwhile.
+    /// Restores the calibration in use and the estimate from a record, and forgets everything learnt before. The
+    /// restored estimate is [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed in the
+    /// meantime.
     ///
     /// # Errors
-    /// [`RestoreError`]; the calibrator is as after [`Calibrator::reset`].
+    /// [`RestoreError`]; the calibrator is in the state after [`Calibrator::reset`].
     pub fn restore(&mut self, record: &[u8]) -> Result<(), RestoreError> {
         let mut read = |to: &mut Self, learned: &mut _| to.read(record, learned).map(|()| true);
         self.restore_by(&mut read).map(drop)
     }
 
-    /// Restores the record that `read` passes to [`Calibrator::read`]; returns whether there is one.
+    /// Restores the record that `read` passes to [`Calibrator::read`]; returns whether there is a record.
     ///
     /// # Errors
     /// As [`Calibrator::restore`].
-    // Three calls: neither the record nor its content is on the stack of the check.
+    // Split into three functions, so that neither the record nor its content is on the stack during the check.
     #[inline(never)]
     pub(crate) fn restore_by(
         &mut self,
@@ -162,7 +166,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if found { self.take_up(&learned).map(|()| true) } else { Ok(false) }
     }
 
-    // Apart: the record is off the stack, and these values are not on it while the record is read.
+    // Separate, so that the record and these values are never on the stack together.
     #[inline(never)]
     fn take_up(&mut self, learned: &Learned<T>) -> Result<(), RestoreError> {
         let context = self.estimator.context(&self.config, &self.factory);
@@ -171,8 +175,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(())
     }
 
-    /// Reads a record: its calibrations into a reset calibrator, which still has the generation before the reset, and its
-    /// estimate.
+    /// Reads the calibrations of a record into this calibrator, and the estimate of the record into `learned`. The
+    /// calibrator has been reset, but still has the generation before the reset.
     ///
     /// # Errors
     /// As [`Calibrator::restore`].
@@ -200,7 +204,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         learned.numbers().into_iter().for_each(|numbers| from.fill(numbers));
         (learned.prior.pairs, learned.changes) = (pairs, changes);
         learned.mount_flags = mount;
-        // A caller that has taken up a calibration meanwhile must notice that of the record.
+        // A caller that has loaded another calibration in the meantime must notice the calibration of the record.
         let is_known = generation == self.generation;
         let is_other = self.replace_in_use(in_use);
         self.generation = generation.wrapping_add((is_known && is_other).into());
@@ -228,10 +232,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// The cameras with a correction.
+    /// Returns the cameras with a correction.
     #[inline(never)]
     fn corrected(&self, correction: &LensCorrection<T>) -> Result<Cameras<T>, RestoreError> {
-        // A calibrator that only reports the lens rectifies with the cameras as given.
+        // A calibrator that only reports lens errors rectifies with the cameras as given.
         if !correction.is_none() && self.config.lens_tracking == LensTracking::Report {
             return Err(RestoreError::Config);
         }
@@ -253,7 +257,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             write_about(extrinsics, &of.extrinsics, &mut to);
             to.numbers(&[of.correction.focal, of.correction.k1]);
         }
-        // Without an estimate there is no pose.
+        // Without an estimate there is no pose, and the factory extrinsics take its place.
         write_about(extrinsics, &learned.prior.pose.extrinsics().unwrap_or(*extrinsics), &mut to);
         learned.numbers().into_iter().for_each(|numbers| to.numbers(numbers));
         seal(record);
@@ -275,7 +279,7 @@ fn read_about<T: Scalar>(
 ) -> Result<Extrinsics<T>, RestoreError> {
     believe(from.is_within(&ABOUT))?;
     let [turn, t] = [from.numbers::<T, 3>(), from.numbers()].map(Vector3::from);
-    // Equal to the factory extrinsics, bit for bit.
+    // These numbers stand for the factory extrinsics, which are returned bit for bit.
     let made = factory.translation().map(|x| T::single(x.to_single()));
     if turn == Vector3::zeros() && t == made {
         return Ok(*factory);

@@ -1,25 +1,27 @@
 //! Store of a device: factory calibration and state in NOR flash, safe against a loss of power at any moment.
 //!
-//! - The *factory calibration* has a range of its own, which no save of the state reaches, and two copies. A save erases
-//!   and writes one copy, reads it back, then the other.
+//! - The *factory calibration* has two copies in a range of its own, which saves of the state never touch. A save
+//!   erases, writes and reads back one copy, and then the other copy.
 //! - The *state* is in slots of one size over two or more erase blocks. Each slot has a sequence number and a CRC; the
-//!   newest intact record counts. The block that holds it is never erased, and every write is read back. A state that is
-//!   lost is reported and learnt again.
+//!   newest intact record counts. The block with this record is never erased, and every write is read back. A state
+//!   that is lost is reported and learnt again.
 //!
-//! Flash: any [`NorFlash`] with words of up to 512 bytes. Erased words may read as ones or as zeros (STM32L0), or fail to
-//! be read until they are written (LPC55, with ECC). No word is written twice, but in such flash behind a torn record.
+//! Flash: any [`NorFlash`] with words of up to 512 bytes. Erased words may read as ones or as zeros (STM32L0), or fail
+//! to be read until they are written (LPC55, with ECC). No word is written twice, except behind a torn record in flash
+//! that cannot be read before it is written.
 //!
 //! # Ranges
 //!
-//! Two erase blocks each, or more for the state: with sectors of 128 kB, 512 kB in all. A slot of the state takes 408
-//! bytes in whole words: 5 in a page of 2 kB, 315 in a sector of 128 kB with words of 32 bytes.
+//! Each range has two erase blocks; the state may have more. With sectors of 128 kB this is 512 kB in all. A slot of
+//! the state takes 408 bytes, rounded up to whole words. A page of 2 kB holds 5 slots; a sector of 128 kB with words of
+//! 32 bytes holds 315.
 //!
 //! # Wear
 //!
-//! A block is erased once for as many saves as it has slots. At one save in ten minutes, the most by default: two pages
-//! of 2 kB of 10,000 cycles last 1.9 years; two sectors of 128 kB 120 years. Four pages last twice as long as two. Flash
-//! that fails erases at most one block a save. Each save erases a block where it must not be read before it is written
-//! and the driver refuses to write it.
+//! Each slot of a block takes one save before the block is erased again. By default there is at most one save in ten
+//! minutes. At this rate two pages of 2 kB with 10,000 cycles last 1.9 years, and two sectors of 128 kB last 120 years.
+//! Four pages last twice as long as two. In flash that fails, a save erases at most one block. Each save erases a block
+//! if the flash cannot be read before it is written and its driver also refuses to write it.
 //!
 //! # Cost
 //!
@@ -30,13 +32,13 @@
 //! | [`Store::save`] | the next slot, twice | the slot; an erasure once a block |
 //! | [`Store::save_factory`] | two records | two records, two erasures |
 //!
-//! In accesses of at most one slot: 512 bytes.
+//! Each access has at most 512 bytes, the largest slot.
 //!
 //! # A new layout
 //!
-//! A firmware of another layout refuses both records, as [`RestoreError::Layout`]. The state is learnt again and
-//! overwritten by the next save. The factory calibration is not overwritten: the firmware asks for it again
-//! ([`Store::save_factory`]), or reads it by the version of this crate that wrote it.
+//! A firmware with another layout refuses both records with [`RestoreError::Layout`]. The state is learnt again, and
+//! the next save overwrites it. The factory calibration is not overwritten: the firmware asks for it again
+//! ([`Store::save_factory`]), or reads it with the version of this crate that wrote it.
 
 mod policy;
 mod ring;
@@ -65,8 +67,8 @@ use slot::Slot;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StoreError<E: Debug> {
-    /// A range is not of whole erase blocks, ends beyond the flash, overlaps the other one, has fewer than two erase
-    /// blocks, or blocks too small for a record. Correct it.
+    /// A range does not consist of whole erase blocks, ends beyond the flash, overlaps the other one, has fewer than
+    /// two erase blocks, or blocks too small for a record. Correct the ranges.
     #[error("the ranges do not hold two whole erase blocks each within the flash")]
     Range,
     /// Read-back differs from what was written: the flash is worn out, locked or stuck. Try again later.
@@ -106,11 +108,11 @@ pub struct Store<F, T: Scalar> {
 }
 
 impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
-    /// Opens a store, and finds the newest records. Writes nothing. Flash without records, or unreadable, is an empty
-    /// store.
+    /// Opens a store, and finds the newest records. It writes nothing. Flash without records, or flash that cannot be
+    /// read, is an empty store.
     ///
-    /// * `factory`, `state`: addresses of two whole erase blocks or more each, constant over the life of the device. The
-    ///   store accesses nothing else, and only the first two blocks of `factory`.
+    /// * `factory`, `state`: address ranges, bytes, each of two or more whole erase blocks, constant over the life of
+    ///   the device. The store accesses no other addresses. It uses only the first two blocks of `factory`.
     ///
     /// # Errors
     /// [`StoreError::Range`].
@@ -131,7 +133,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         Ok(Self { flash, factory, state, policy })
     }
 
-    /// Loads the factory calibration; `None` if none was saved.
+    /// Loads the factory calibration; returns `None` if no calibration was saved.
     ///
     /// # Errors
     /// [`RestoreError`]; [`RestoreError::Damaged`]: both copies are lost.
@@ -144,27 +146,27 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
     }
 
     /// Saves a factory calibration in place of the previous one, in production or on request. From then on a state
-    /// learnt from another rig is refused. The second copy is not erased before the first one is read back, so a loss of
-    /// power leaves the old calibration or the new.
+    /// learnt from another rig is refused. The second copy is erased only after the first one has been read back, so a
+    /// loss of power leaves the old calibration or the new one.
     ///
     /// # Errors
-    /// [`StoreError::Flash`], [`StoreError::Verify`]: the previous one remains, or one copy of the new one.
+    /// [`StoreError::Flash`], [`StoreError::Verify`]: the previous calibration remains, or one copy of the new one.
     pub fn save_factory(
         &mut self,
         factory: &FactoryCalibration<T>,
     ) -> Result<(), StoreError<F::Error>> {
-        // The damaged or older copy first. A copy that fails is tried again before the other one is erased.
+        // The damaged or older copy is written first. A copy that fails is tried again before the other one is erased.
         self.factory.find(&mut self.flash);
         let mut write = |record: &mut [u8]| factory.write(record);
         self.factory.save(&mut self.flash, &mut write)?;
         self.factory.save(&mut self.flash, &mut write)
     }
 
-    /// Restores the newest state, at start; returns whether there was one.
+    /// Restores the newest state after a start; returns whether there was a state.
     ///
     /// # Errors
-    /// [`RestoreError`]: the state is lost, and the calibrator as after [`Calibrator::reset`].
-    /// [`RestoreError::Damaged`] also if the flash holds content but no record.
+    /// [`RestoreError`]: the state is lost, and the calibrator is in the state after [`Calibrator::reset`].
+    /// [`RestoreError::Damaged`] is also returned if the flash holds content but no record.
     #[inline(never)]
     pub fn resume<const N: usize>(
         &mut self,
@@ -178,7 +180,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         restored
     }
 
-    // Out of line: the record leaves the stack.
+    // Out of line, so that the record does not stay on the stack.
     #[inline(never)]
     fn read<const N: usize>(
         &mut self,
@@ -193,7 +195,8 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         Ok(found)
     }
 
-    /// Saves the state if the policy finds it due, and then returns the reason. Call it after each pair.
+    /// Saves the state if the policy says that a save is due, and then returns the reason of the save. Call it after
+    /// each pair.
     ///
     /// * `now`: time since a fixed origin.
     ///

@@ -16,8 +16,8 @@ pub enum SaveReason {
     Locked,
     /// The calibration in use has changed.
     InUse,
-    /// The locked estimate has moved by more than its standard deviation and by more than 8.7e-4 rad (0.05 degrees), in `R`
-    /// or in `t`, or a witness has moved the yaw: a restored estimate would fit the next pair worse.
+    /// The locked estimate has moved in `R` or in `t` by more than its standard deviation and by more than 8.7e-4 rad
+    /// (0.05 degrees), or a witness has moved the yaw. The saved estimate would fit the next pair worse.
     Moved,
     /// The locked estimate has more pairs, and the last save is [`SavePolicy::OVERDUE`] intervals old.
     Overdue,
@@ -34,15 +34,15 @@ struct Saved<T: Scalar> {
 /// Longest time that counts between two pairs, ms.
 const LONGEST_STEP: u64 = 1000;
 
-/// Decides when to save: at most once an interval, whether the save succeeds or not. Time is a [`Duration`] since any
+/// Decides when to save: at most once per interval, whether the save succeeds or not. Time is a [`Duration`] since any
 /// fixed origin.
 ///
-/// Two saves are apart by the interval, and by as many pairs as the interval has seconds, whatever the clock does: a
-/// pair counts for at most 1 s, and a step back is subtracted. A clock that stands still, or alternates between two
-/// origins, permits only the first save.
+/// Between two saves there is at least the interval, and at least one pair for each second of the interval, whatever
+/// the clock does. Each pair counts for at most 1 s, and a backward step of the clock is subtracted. A clock that
+/// stands still, or alternates between two origins, permits only the first save.
 ///
 /// The first save of a device does not wait. The first save after a restart waits, and a pair that only confirms the
-/// restored state does not cause a save. A controller that resets within each interval saves once in all.
+/// restored state does not cause a save. A controller that always resets within the interval saves only once.
 ///
 /// ```
 /// # use core::time::Duration;
@@ -63,27 +63,29 @@ pub struct SavePolicy<T: Scalar> {
     interval: Duration,
     /// Time of the last pair, ms.
     last: Option<u64>,
-    /// Time counted since the last due or completed save or the restart, ms; at first the largest number.
+    /// Time counted since the last due or completed save or since the restart, ms; at first the largest value.
     elapsed: u64,
     saved: Option<Saved<T>>,
 }
 
 impl<T: Scalar> SavePolicy<T> {
-    /// Intervals after which any further pair causes a save.
+    /// Number of intervals after which any further pair causes a save.
     pub const OVERDUE: u32 = 36;
 
-    /// A policy of a device that has never saved.
+    /// Returns the policy of a device that has never saved.
     ///
-    /// * `interval`: least time between two saves. Ten minutes spare the flash for decades; smaller loses less when power
-    ///   fails.
+    /// * `interval`: least time between two saves. A larger interval spares the flash; a smaller one loses less when
+    ///   power fails.
     #[must_use]
     pub const fn new(interval: Duration) -> Self {
         Self { interval, last: None, elapsed: u64::MAX, saved: None }
     }
 
-    /// Reason to save now, if any; then `None` for the interval. Call it once after each pair.
+    /// Returns the reason to save now, if a save is due, and then `None` for the interval. Call it once after each
+    /// pair.
     ///
-    /// A change of an estimate that is not locked does not cause a save: the confirmed one saved before is kept.
+    /// A change of an estimate that is not locked does not cause a save: the confirmed estimate that was saved before
+    /// is kept.
     ///
     /// * `now`: time since a fixed origin.
     #[inline(never)]
@@ -118,7 +120,8 @@ impl<T: Scalar> SavePolicy<T> {
         (self.last, self.elapsed) = (Some(milliseconds(now)), 0);
     }
 
-    /// Records a restart with a state that was saved before, restored or lost: the next save waits for the interval.
+    /// Records a restart of a device that has saved before, whether its state was restored or lost. The next save waits
+    /// for the interval.
     pub fn restarted<const N: usize>(&mut self, calibrator: &Calibrator<T, N>) {
         self.saved(calibrator, Duration::ZERO);
         self.last = None;
@@ -148,20 +151,20 @@ impl<T: Scalar> SavePolicy<T> {
     }
 }
 
-/// The estimate that a record keeps.
+/// Returns the estimate that a record keeps.
 #[inline(never)]
 fn place<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Place<T>> {
     let estimator = &calibrator.estimator;
     estimator.place(&estimator.context(&calibrator.config, &calibrator.factory))
 }
 
-/// A time in milliseconds. The operators of [`Duration`] compile to a reachable panic.
+/// Converts a time to milliseconds. The operators of [`Duration`] would compile to a reachable panic.
 fn milliseconds(time: Duration) -> u64 {
     time.as_secs().wrapping_mul(1000).wrapping_add(time.subsec_millis().into())
 }
 
 impl<T: Scalar> Default for SavePolicy<T> {
-    /// Ten minutes.
+    /// Returns a policy with an interval of ten minutes.
     fn default() -> Self {
         Self::new(Duration::from_secs(600))
     }

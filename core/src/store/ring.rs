@@ -1,5 +1,5 @@
-//! Records of one kind: slots of one size over erase blocks. The newest intact record counts, and the block that holds
-//! it is never erased.
+//! Records of one kind, in slots of one size over erase blocks. The newest intact record counts, and the block with
+//! this record is never erased.
 
 use core::ops::Range;
 
@@ -9,10 +9,10 @@ use super::StoreError;
 use super::slot::{self, Slot, to_u32};
 use crate::error::RestoreError;
 
-/// Attempts at slots that look erased, before another block is erased.
+/// Number of attempts to write slots that look erased, before another block is erased.
 const ATTEMPTS: u8 = 2;
 
-/// A record in its slot.
+/// Place of a record, and its sequence number.
 #[derive(Debug, Clone, Copy)]
 struct Newest {
     sequence: u32,
@@ -25,9 +25,9 @@ struct Newest {
 pub(super) struct Ring {
     start: u32,
     blocks: u32,
-    /// Slots of a block.
+    /// Number of slots of a block.
     slots: u32,
-    /// Bytes of a record.
+    /// Length of a record, bytes.
     length: usize,
     newest: Option<Newest>,
     /// Block that is erased next.
@@ -35,7 +35,7 @@ pub(super) struct Ring {
 }
 
 impl Ring {
-    /// A ring over the whole range, whose records are not known yet.
+    /// Returns a ring over the whole range; its records are not known yet.
     ///
     /// # Errors
     /// [`StoreError::Range`].
@@ -55,12 +55,13 @@ impl Ring {
         }
     }
 
-    /// The ring as two copies of one record, each in a block of its own: two saves replace both.
+    /// Returns the ring for two copies of one record, each in a block of its own. Two saves replace both copies.
     pub(super) fn of_two_copies(self) -> Self {
         Self { blocks: 2, slots: 1, ..self }
     }
 
-    /// Finds the newest record anew, whatever was known of the flash. Without one, the first block is erased next.
+    /// Searches the flash again for the newest record, whatever was known before. Without a record, the first block is
+    /// erased next.
     #[inline(never)]
     pub(super) fn find<F: NorFlash>(&mut self, flash: &mut F) {
         self.next = 0;
@@ -77,7 +78,7 @@ impl Ring {
         flash: &mut F,
         content: &mut Slot,
     ) -> Result<bool, RestoreError> {
-        // A fault at the last scan may have passed, or the newest record may be lost since.
+        // A fault during the last scan may have passed, or the newest record may have been lost since then.
         for _ in 0..2 {
             if let Some(Newest { sequence, block, slot }) = self.newest {
                 let address = self.address::<F>(block, slot);
@@ -91,7 +92,7 @@ impl Ring {
         if (0..self.blocks).all(is_blank) { Ok(false) } else { Err(RestoreError::Damaged) }
     }
 
-    /// Saves a record. At most one erasure.
+    /// Saves a record, with at most one erasure.
     ///
     /// * `write`: writes the record into its place in RAM.
     ///
@@ -106,7 +107,7 @@ impl Ring {
         if self.newest.is_none() {
             self.scan(flash);
         }
-        // Erased flash reads as the largest numbers, so they are no sequence numbers.
+        // Erased flash may read as the largest number, so this number is not a sequence number.
         let before = self.newest.map_or(0, |newest| newest.sequence);
         let sequence = before.saturating_add(1).min(u32::MAX - 1);
         let mut content = Slot::erased();
@@ -116,7 +117,7 @@ impl Ring {
             return Ok(());
         }
         let block = self.next;
-        // Before the attempt: a block that fails is not tried again at once.
+        // Set before the attempt, so that a block that fails is not tried again at once.
         self.next = self.after(block);
         let start = self.address::<F>(block, 0);
         let end = start.saturating_add(to_u32(F::ERASE_SIZE));
@@ -152,7 +153,7 @@ impl Ring {
         self.next = self.after(newest.block);
     }
 
-    /// Finds the newest record of all blocks: the last intact one of each.
+    /// Finds the newest record: the newest of the last intact records of all blocks.
     #[inline(never)]
     fn scan<F: NorFlash>(&mut self, flash: &mut F) {
         let mut content = Slot::erased();
@@ -171,7 +172,7 @@ impl Ring {
         }
     }
 
-    /// The next block in turn that does not hold the newest record.
+    /// Returns the next block in turn that does not hold the newest record.
     #[inline(never)]
     fn after(&self, block: u32) -> u32 {
         let mut turn = (block.saturating_add(1)..self.blocks).chain(0..self.blocks);

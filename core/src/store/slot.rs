@@ -1,23 +1,23 @@
-//! A record in flash: sequence number, record, CRC-32 of both; in whole words.
+//! Content of a slot in flash: sequence number, record and CRC-32 of both, in whole words.
 
 use embedded_storage::nor_flash::NorFlash;
 
 use crate::checksum::of_record;
 
-/// Bytes of the longest word, and of the longest slot.
+/// Length of the longest word and of the longest slot, bytes.
 const LONGEST: usize = 512;
 
-/// Bytes of an access of [`is_blank`], where a word is not longer.
+/// Length of a read in [`is_blank`], bytes; if words are longer, a read has one word.
 const CHUNK: usize = 64;
 
-/// Bytes before the record.
+/// Length of the sequence number before the record, bytes.
 const HEAD: usize = 4;
 
-/// The content of a slot. Aligned: drivers hand it to DMA, or write it word by word.
+/// Content of a slot. It is aligned, because drivers pass it to DMA or write it word by word.
 #[repr(align(8))]
 pub(super) struct Slot([u8; LONGEST]);
 
-/// Bytes of a slot for a record of this length.
+/// Returns the length of a slot for a record of this length, bytes.
 pub(super) fn bytes<F: NorFlash>(record: usize) -> usize {
     const {
         assert!(LONGEST.is_multiple_of(F::WRITE_SIZE), "words up to 512 bytes");
@@ -32,7 +32,7 @@ impl Slot {
         Self([0xff; LONGEST])
     }
 
-    /// Place of a record of this length.
+    /// Returns the place of a record of this length.
     pub(super) fn record(&mut self, length: usize) -> &mut [u8] {
         self.0.get_mut(HEAD..length.saturating_add(HEAD)).unwrap_or_default()
     }
@@ -66,7 +66,7 @@ impl Slot {
         let sequence = u32::from_le_bytes(*self.0.first_chunk()?);
         let (content, rest) = self.split(length);
         let is_intact = u32::from_le_bytes(*rest.first_chunk()?) == of_record(content);
-        // Erased flash, and a line stuck at 0, are no record.
+        // Erased flash, or a line stuck at 0, does not count as a record.
         Some(sequence).filter(|sequence| is_intact && ![0, u32::MAX].contains(sequence))
     }
 
@@ -89,8 +89,8 @@ impl Slot {
     }
 }
 
-/// Whether a slot counts as erased: all ones, all zeros, or unreadable throughout, as flash with ECC is before its
-/// first write. A torn word is unreadable too, but other words of its slot are not.
+/// Returns whether a slot counts as erased: it reads as all ones or all zeros, or no part of it can be read, as in
+/// flash with ECC before its first write. A torn word cannot be read either, but other words of its slot can.
 #[inline(never)]
 pub(super) fn is_blank<F: NorFlash>(flash: &mut F, address: u32, length: usize) -> bool {
     let (mut at, mut left, mut buffer) = (address, bytes::<F>(length), Slot::erased());

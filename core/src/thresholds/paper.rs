@@ -1,16 +1,16 @@
 //! Thresholds of the published method.
 
-/// Damping of the first step, relative to the diagonal. A larger value is slower; a smaller one overshoots.
+/// Damping of the first step, relative to the diagonal. A larger value slows convergence; a smaller one overshoots.
 pub(crate) const FIRST_DAMPING: f64 = 1e-4;
 
-/// Damping above which a small step does not prove convergence, and its range. Larger limits stop early or try longer;
-/// smaller ones spend passes or give up.
+/// Damping above which a small step does not prove convergence, and range of the damping. Larger limits stop early or
+/// try longer; smaller ones spend passes or give up.
 pub(crate) const LOOSE_DAMPING: f64 = 1e-2;
 pub(crate) const MIN_DAMPING: f64 = 1e-9;
 pub(crate) const MAX_DAMPING: f64 = 1e8;
 
-/// Nielsen's rule: least and largest factor of the damping after an accepted step, and growth of the factor of rejected
-/// steps. Larger values damp more; smaller ones overshoot.
+/// Nielsen's rule: least and largest factor of the damping after an accepted step, and growth of the damping factor at
+/// each rejected step. Larger values damp more; smaller ones overshoot.
 pub(crate) const DAMPING_FACTOR: [f64; 2] = [0.1, 2.0];
 pub(crate) const DAMPING_GROWTH: f64 = 2.0;
 
@@ -33,8 +33,10 @@ pub(crate) const MIN_MEAN_BASELINE: f64 = 1e-3;
 /// infinity; a smaller one refuses far scenes.
 pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
 
-/// Values that the median sorts before it takes steps. A larger number takes memory; a smaller one errs.
+/// Values that the median sorts before it takes steps. A larger number takes memory; a smaller one makes the median
+/// less accurate.
 pub(crate) const MEDIAN_VALUES: usize = 31;
 
-/// Least deviation that the median's steps assume. A larger value jitters; a smaller one stops on equal values.
+/// Least deviation that the steps of the median assume. A larger value makes the median jitter; a smaller one stops its
+/// steps after equal values.
 pub(crate) const MIN_DEVIATION_RAD: f64 = 1e-6;

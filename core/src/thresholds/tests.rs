@@ -1,4 +1,4 @@
-//! The table of thresholds in the derivation is written from their documentation.
+//! Writes the table of thresholds in the derivation from their doc comments.
 
 extern crate std;
 
@@ -9,13 +9,13 @@ use std::vec::Vec;
 const FILES: [&str; 3] =
     [include_str!("../thresholds.rs"), include_str!("pair.rs"), include_str!("paper.rs")];
 
-/// Name and value of a line that defines a threshold.
+/// Returns the name and value of a line that defines a threshold.
 fn defined(line: &str) -> Option<(&str, &str)> {
     let (name, rest) = line.trim_start().strip_prefix("pub(crate) const ")?.split_once(':')?;
     Some((name, rest.split_once(" = ")?.1.trim_end_matches(';')))
 }
 
-/// One row of markdown for each documentation comment, with the thresholds below it.
+/// Returns the table in markdown: one row for each doc comment, with the thresholds below it.
 fn table() -> String {
     let mut rows = String::from("| threshold | value | meaning |\n|---|---|---|\n");
     for block in FILES.iter().flat_map(|file| file.split("\n\n")) {

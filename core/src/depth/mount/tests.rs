@@ -6,7 +6,8 @@ const LENS: f64 = 0.005;
 const KNOCK: f64 = 0.0175;
 const NOISE: f64 = 2e-3;
 
-/// Rows after so many pairs, the last of them knocked: the mean of sums that did not detect the knock.
+/// Returns the rows over `pairs` pairs, of which the last `knocked` pairs follow a knock: the mean of sums that did not
+/// detect it.
 fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
     let [all, part] = [pairs, knocked].map(f64::from);
     RowsYaw { turn: LENS + KNOCK * part / all, variance: NOISE * NOISE / all }
@@ -23,7 +24,7 @@ fn a_knock_that_is_in_the_sums_before_it_is_detected_is_the_mounts() {
         let mut mount = MountYaw::CALIBRATED;
         (1..40).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
         (1..=late).for_each(|n| mount.note(|| Some(rows(40 + n, n)), &context));
-        // A turn of the rows beyond chance belongs to the mount before it is detected, too.
+        // Before the detection, too, a turn of the rows beyond chance belongs to the mount.
         let before = mount.with_rows(&rows(40 + late, late), &context);
         assert!((before.lens() - LENS).abs() < 1e-3, "{late}: {before:?}");
         mount.change(&rows(40 + late, late), &context);
@@ -48,7 +49,7 @@ fn measurements_of_a_mount_that_has_turned_since_support_nothing() {
         }
         let rows = if turns { rows(20, 20) } else { before };
         let yaw = if turns { KNOCK } else { 0.0 };
-        // A wrong measurement, then right ones.
+        // One wrong measurement, then right ones.
         let wrong = mount.witness(yaw - 0.008, 1e-7, &rows, &context);
         assert_eq!(wrong, Some(if turns { Witnessed::Taken } else { Witnessed::Waiting }));
         let right = [(); 3].map(|()| mount.witness(yaw, 1e-7, &rows, &context));
