@@ -39,7 +39,7 @@ pub struct PairReport<T: Scalar> {
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
     /// Standard deviation of the noise, estimated from the residuals, px. Robust preset: noise of one coordinate, at
-    /// most 8. Paper preset: noise of the row offsets, each clipped at the Huber threshold.
+    /// most 5.5. Paper preset: noise of the row offsets, each clipped at the Huber threshold.
     pub noise_px: T,
 }
 

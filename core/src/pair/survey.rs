@@ -92,7 +92,7 @@ pub(super) fn first_scale<'a, T: Scalar>(
     (T::lit(FIRST_SCALE_MEDIANS) * typical).max(T::lit(WIDE_SCALE_PX))
 }
 
-/// Returns the median; for an even number of values, the larger of the two middle ones. NaNs rank above all numbers.
+/// Returns the median; for an even number of values, the larger of the two middle ones. `NaN` ranks above all numbers.
 /// `None` if the slice is empty or the median is NaN. The search by ranks needs little code, and its quadratic cost is
 /// low for a few values.
 #[inline(never)]
