@@ -94,29 +94,50 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[must_use]
     pub fn snapshot(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];
-        self.write_snapshot(&self.learned_lens(), &mut record);
+        let mut write = |learned: &mut _| self.write_snapshot(learned, &mut record);
+        self.learn(&mut write);
         record
     }
 
-    /// Returns the knowledge of the lens for [`Calibrator::write_snapshot`].
-    // Apart: the content of the record is not on the stack while the lens is solved.
+    /// Passes the estimate as a prior to `write`.
+    // Split into three functions, so that neither the prior nor the record is on the stack while the lens is solved.
     #[inline(never)]
-    pub(crate) fn learned_lens(&self) -> LensReference<T> {
+    pub(crate) fn learn<R>(&self, write: &mut dyn FnMut(&mut Learned<T>) -> R) -> R {
+        let lens = self.learned_lens();
+        self.pass_learned(&lens, write)
+    }
+
+    #[inline(never)]
+    fn learned_lens(&self) -> LensReference<T> {
         self.estimator.learned_lens(&self.estimator.context(&self.config, &self.factory))
+    }
+
+    #[inline(never)]
+    fn pass_learned<R>(
+        &self,
+        lens: &LensReference<T>,
+        write: &mut dyn FnMut(&mut Learned<T>) -> R,
+    ) -> R {
+        let mut learned = Learned::of_lens(lens);
+        self.fill_in(&mut learned);
+        write(&mut learned)
+    }
+
+    #[inline(never)]
+    fn fill_in(&self, learned: &mut Learned<T>) {
+        let context = self.estimator.context(&self.config, &self.factory);
+        self.estimator.learn(learned, &context);
     }
 
     /// Writes the record of [`Calibrator::snapshot`].
     #[inline(never)]
-    pub(crate) fn write_snapshot(&self, lens: &LensReference<T>, record: &mut [u8]) {
-        let mut learned = Learned::of_lens(lens);
-        let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.learn(&mut learned, &context);
-        self.write(&mut learned, record);
+    pub(crate) fn write_snapshot(&self, learned: &mut Learned<T>, record: &mut [u8]) {
+        self.write(learned, record);
         let numbers = record.get(HEADER_BYTES + 4 * WORDS..);
         if !numbers.is_some_and(|rest| Reader { rest }.is_within(&LEARNED)) {
             // An estimate beyond the ranges, for instance from wrong matches, is not kept.
-            learned = Learned::nothing();
-            self.write(&mut learned, record);
+            *learned = Learned::nothing();
+            self.write(learned, record);
         }
     }
 

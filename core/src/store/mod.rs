@@ -225,9 +225,10 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         calibrator: &Calibrator<T, N>,
         now: Duration,
     ) -> Result<(), StoreError<F::Error>> {
-        let lens = calibrator.learned_lens();
-        let mut write = |record: &mut [u8]| calibrator.write_snapshot(&lens, record);
-        self.state.save(&mut self.flash, &mut write)?;
+        calibrator.learn(&mut |learned| {
+            let mut write = |record: &mut [u8]| calibrator.write_snapshot(learned, record);
+            self.state.save(&mut self.flash, &mut write)
+        })?;
         self.policy.saved(calibrator, now);
         Ok(())
     }
