@@ -184,9 +184,9 @@ pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
 /// same lens differently. A larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
 
-/// Part of the squared turn of the rows that is added to the variance of the yaw while nothing has confirmed the mount.
-/// The lens hides more of a large turn, with the chance `s^2 / 2 s_o^2`. A larger part reports too large a deviation; a
-/// smaller one trusts the lens.
+/// Until a witness measures the yaw of the mount, `1 + TURNED_DOUBT` times the squared apparent yaw of the lens is added
+/// to the variances of both yaws, because this yaw may be a turn of the mount. A larger value reports too large a
+/// deviation; a smaller one trusts the lens.
 pub(crate) const TURNED_DOUBT: f64 = 0.5;
 
 /// Number of pairs after which the rows are noted; a knock is detected within this number. A larger number learns the
@@ -264,8 +264,8 @@ pub(crate) const MAX_IN_USE: f64 = 1.5;
 pub(crate) const OPTIMUM_STEPS: usize = 3;
 pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 
-/// Largest information that the last step may move from the best known direction into the least known one, as a part of
-/// the information on the least known one. A larger part keeps information that belongs to another pose; a smaller one
+/// The last step, of length `d`, adds about `d^2` of the largest information to the direction with the least information.
+/// This is the largest such addition, as a part of the least information. A larger part keeps information that belongs to another pose; a smaller one
 /// costs time in far scenes.
 pub(crate) const MOVED_INFORMATION: f64 = 0.1;
 

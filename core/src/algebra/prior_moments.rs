@@ -5,7 +5,8 @@
 //! derivatives `d_i^T k` with respect to the unknowns, and `l^T k` with respect to a lens parameter. The response `E`
 //! (5 x 12) is the regression of the coordinates on the unknowns, `E = H^-1 D^T M`, with the noise of disparities
 //! included in `H`, so `E D = I`. The moments `M' = E^T H E` give the information `D^T M' D = H` and the mixed
-//! information `D^T M' l = H E l`. So a lens error moves the estimate as with `M`.
+//! information `D^T M' l = H E l = D^T M l`, where `M` are the moments of the original sums. So a lens error moves the
+//! estimate by the same amount with `M'` as with `M`.
 //!
 //! `E D = I` fixes five of the twelve columns, and the column of the residual is zero at the optimum. Six columns are
 //! free.

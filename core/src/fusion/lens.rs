@@ -159,8 +159,8 @@ impl<T: Scalar> HypothesisLens<T> {
         LensCorrection { focal: s_r - s_l, k1: k_r - k_l }
     }
 
-    /// Returns the variances of the differences of focal length and `k1`. They include the part of each difference that
-    /// frozen weights may hide.
+    /// Returns the variances of the differences of focal length and `k1`. Each variance includes the
+    /// square of the amount by which its difference may be underestimated ([`LENS_SHRINKAGE`]).
     #[inline(never)]
     pub(super) fn variances(&self) -> [T; 2] {
         let [ss_l, ss_r, _, _, _, _, sk_l, sk_r, _] = &self.covariance;
@@ -217,8 +217,8 @@ impl<T: Scalar> HypothesisLens<T> {
     }
 }
 
-/// Returns a variance plus the square of the part of a value that frozen weights may hide. The weights hide a part
-/// because they were computed from residuals with the lens of the rays.
+/// Returns a variance plus the square of the amount by which a value may be underestimated. The weights were computed
+/// from residuals that contained the lens error, so matches that show the error have too little weight.
 fn hiding<T: Scalar>(value: T, variance: T) -> T {
     let hidden = T::lit(LENS_SHRINKAGE) * value;
     variance.max(T::ZERO) + hidden * hidden

@@ -186,9 +186,9 @@ impl<T: Scalar> Samples<T> {
         [median, self.deviation * T::lit(MEDIAN_DEVIATION) / n.sqrt()]
     }
 
-    /// Returns the variance, rad^2; 0 if there is no sign of vibration.
+    /// Returns the variance, rad^2; 0 if no vibration is detected.
     ///
-    /// * `count`: number of samples; `before`: previous variance, rad^2. If it is positive, a weaker sign is enough.
+    /// * `count`: number of samples; `before`: previous variance, rad^2. If it is above 0, the threshold is lower.
     /// * `scatter`: ratio of the observed variance of the pairs to their covariance, dimensionless.
     fn variance(&self, count: u32, before: T, scatter: T) -> T {
         let count = newest(count);

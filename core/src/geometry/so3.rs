@@ -59,7 +59,7 @@ pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotati
 #[must_use]
 pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
     let defect = (product(&m.transpose(), m) - Matrix3::identity()).norm_squared();
-    // Not `>`: a NaN must fail this test.
+    // Negated `<` instead of `>=`, so that a `NaN` is refused.
     if !(defect < T::lit(MAX_ROTATION_DEFECT)) || m.determinant() <= T::ZERO {
         return None;
     }

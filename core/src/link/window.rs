@@ -17,7 +17,7 @@ const FULL: u32 = 1 << (HEADER_BYTES - MAGIC.len());
 pub(super) struct Window {
     /// The last bytes appended.
     ring: [u8; HEADER_BYTES],
-    /// Place of the next byte.
+    /// Number of bytes appended, modulo 256. The next byte goes to `next % HEADER_BYTES` in the ring.
     next: u8,
     held: u8,
     /// Bit `i` is set if a magic ended `i` bytes ago.

@@ -22,7 +22,7 @@ impl Random {
     /// Returns a number below `n`; `None` if `n` is 0.
     pub(super) fn below(&mut self, n: usize) -> Option<usize> {
         self.0 = self.0.wrapping_mul(MULTIPLIER);
-        // The high 16 bits, as a fraction of `n`. The low bits have short periods.
+        // Scales the high 16 bits from `0..2^16` to `0..n`. The low bits are not used, because their periods are short.
         let place = (self.0 >> 16).checked_mul(u32::try_from(n).ok()?)? >> 16;
         usize::try_from(place).ok().filter(|place| *place < n)
     }

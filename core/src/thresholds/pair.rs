@@ -21,7 +21,7 @@ pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
 /// Least part of the usable correspondences in a peak of residuals, while the scale falls, and least ratio of the count
 /// in the peak to the count beside it; outliers alone have a ratio of 1. Larger values overlook a small number of
-/// inliers; smaller ones take chance for a peak.
+/// inliers; smaller ones accept a chance cluster of residuals as a peak.
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 
@@ -62,18 +62,18 @@ pub(crate) const CROWD_SHARE: f64 = 0.08;
 pub(crate) const MAX_NOISE_PX: f64 = 5.5;
 
 /// Rise of the robust cost at a fixed scale, in variances, above which a step is taken back: the cost of one outlier.
-/// The limit on leverage, which the cost does not include, causes smaller rises. A larger limit accepts worse poses; a
-/// smaller one spends passes.
+/// The cost does not include the limit on leverage, so a valid step may raise it a little. A larger value accepts worse
+/// poses; a smaller one spends passes.
 pub(crate) const MAX_RISE: f64 = 3.66;
 
 /// Part of the usable correspondences within a peak, below which a second start is due, and the same in a small batch.
-/// A second start is also due at a peak wider than [`NARROW_PX`]. Larger parts spend passes; smaller ones stay with a
-/// fence.
+/// A second start is also due at a peak wider than [`NARROW_PX`]. Larger parts spend passes; smaller ones keep a
+/// wrong pose that fits a repeated structure, such as a fence.
 pub(crate) const CERTAIN_SHARE: [f64; 2] = [0.6, 0.9];
 
-/// Numbers of a second start: rounds; correspondences that poses are drawn from; groups of poses in a round with this
-/// number of correspondences; poses in a group; correspondences in a sample; and steps from the best pose of a group to
-/// the optimum near it. Larger values cost time; smaller ones miss the pose more often.
+/// Second start: `ROUNDS` rounds. Each reads at most `SAMPLED` correspondences and solves `GROUPS` groups of `GROUP`
+/// poses, more groups if it reads fewer. A pose is solved from `SAMPLE` of them, and the best of a group is improved by
+/// `IMPROVING_STEPS` steps. Larger values cost time; smaller ones miss the pose more often.
 pub(crate) const ROUNDS: u8 = 3;
 pub(crate) const SAMPLED: usize = 64;
 pub(crate) const GROUPS: usize = 3;
@@ -101,8 +101,9 @@ pub(crate) const INLIER: f64 = 3.0;
 /// infinity; a smaller one cuts far inliers.
 pub(crate) const MIN_DISPARITY_PX: f64 = 4.0;
 
-/// Number of standard deviations of yaw that the smallest disparity allows for, because yaw moves all disparities
-/// alike. A larger number learns less from scenes of one depth; a smaller one takes an error of yaw for a scene.
+/// Error of yaw, in standard deviations, that the smallest disparity allows for, because yaw moves all disparities
+/// alike. A larger number admits outliers behind infinity; a smaller one cuts far inliers. The published method assumes
+/// the same error where it tests for depth.
 pub(crate) const YAW_DEVIATIONS: f64 = 3.0;
 
 /// Factor of the estimated noise of disparities, which is subtracted from the information on the baseline: noise along
