@@ -10,18 +10,10 @@ use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
-use crate::thresholds::{
-    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD,
-    MIN_VIBRATION_SAMPLES, RECENT_VIBRATION_DEVIATIONS, RECENT_VIBRATION_SAMPLES,
-    VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD, VIBRATION_RATIO,
-};
+use crate::thresholds::{AVERAGED_PAIRS, CHI_SQUARE_PAIRS, MAX_REDUCED_CHI_SQUARE, VIBRATION_RAD};
+use samples::{RING, SAMPLES, Sample, Samples, most};
 
-/// Number of samples of the median; `SAMPLES` sizes the arrays.
-const SAMPLES: usize = 15;
-const RING: u32 = 15;
-
-/// Multiple of the sum of median and standard deviation at which a sample of the mean is clipped.
-const CLIPPED: f64 = 6.0;
+mod samples;
 
 /// Factor of the variance in the square of a distance, with two constants derived from it. They are computed at compile
 /// time, because a controller divides `f64` in software.
@@ -50,9 +42,6 @@ impl<T: Scalar> Times<T> {
         }
     }
 }
-
-/// Standard deviation of the median of normal numbers over the standard deviation of their mean.
-const MEDIAN_DEVIATION: f64 = 1.2533;
 
 /// Variance of an unknown that is left out, rad^2. It carries almost no information, but keeps the matrix invertible.
 const LEFT_OUT: f64 = 1e6;
@@ -122,113 +111,6 @@ impl<T: Scalar> Distance<T> {
             spread,
             deviation: deviation.min(T::ONE),
         })
-    }
-}
-
-/// Estimates of a variance from one distance, rad^2; negative by chance.
-struct Sample<T> {
-    /// Estimate whose median is the variance.
-    median: T,
-    /// Estimate whose mean is the variance.
-    mean: T,
-    /// Standard deviation of an estimate for the current variance.
-    spread: T,
-    /// Standard deviation of an estimate for a rigid rig.
-    deviation: T,
-}
-
-/// Returns the largest variance, rad^2.
-fn most<T: Scalar>() -> T {
-    T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD)
-}
-
-/// The latest estimates of one variance from one kind of distance, newest first.
-#[derive(Debug, Clone, Copy)]
-struct Samples<T> {
-    /// Estimates, rad^2; negative by chance.
-    values: [T; SAMPLES],
-    /// Running mean of the standard deviation of an estimate for a rigid rig, rad^2.
-    deviation: T,
-    /// Running mean of the clipped estimates, over more pairs than `values`, rad^2.
-    mean: T,
-}
-
-impl<T: Scalar> Samples<T> {
-    const NONE: Self = Self { values: [T::ZERO; SAMPLES], deviation: T::ZERO, mean: T::ZERO };
-
-    /// Adds an estimate.
-    ///
-    /// * `count`: number of samples, including this one.
-    fn add(&mut self, Sample { median, mean, spread, deviation }: Sample<T>, count: u32) {
-        // Moves the values one by one, because `rotate_right` would link `memmove`.
-        self.values.iter_mut().fold(median, |newer, value| core::mem::replace(value, newer));
-        self.deviation += (deviation - self.deviation) / T::count(count.clamp(1, RING));
-        let [median, _] = self.median(newest(count));
-        // The limit clips the contribution of a knock.
-        let largest = (median.max(T::ZERO) + spread) * T::lit(CLIPPED);
-        self.mean += (mean.min(largest) - self.mean) / T::count(count.max(1));
-        // A mean below 1/4 or above 16 times the median is stale, and restarts at the median. The upper limit is wider,
-        // because medians of a few samples are more often too low than too high.
-        let ratio = T::lit(VIBRATION_RATIO);
-        if !(self.mean > median / ratio && self.mean < median * ratio * ratio) {
-            self.mean = median.max(T::ZERO);
-        }
-    }
-
-    /// Returns the median of the newest samples, and its standard deviation for a rigid rig, rad^2.
-    fn median(&self, newest: usize) -> [T; 2] {
-        let mut sorted = self.values;
-        let Some(part) = sorted.get_mut(..newest) else { return [T::ZERO; 2] };
-        sort(part);
-        let at = |k: usize| part.get(k).copied().unwrap_or(T::ZERO);
-        let median = (at(newest.saturating_sub(1) / 2) + at(newest / 2)) * T::HALF;
-        let n = T::count(u32::try_from(newest.max(1)).unwrap_or(1));
-        [median, self.deviation * T::lit(MEDIAN_DEVIATION) / n.sqrt()]
-    }
-
-    /// Returns the variance, rad^2; 0 if no vibration is detected.
-    ///
-    /// * `count`: number of samples; `before`: previous variance, rad^2. If it is above 0, the threshold is lower.
-    /// * `scatter`: ratio of the observed variance of the pairs to their covariance, dimensionless.
-    fn variance(&self, count: u32, before: T, scatter: T) -> T {
-        let count = newest(count);
-        if count < MIN_VIBRATION_SAMPLES {
-            return T::ZERO;
-        }
-        let ease = if before > T::ZERO { VIBRATION_HYSTERESIS } else { 1.0 };
-        let scattered = |samples: usize| {
-            let [median, deviation] = self.median(samples);
-            [median, deviation * scatter]
-        };
-        let [all, of_all] = scattered(count);
-        let [late, of_late] = scattered(count.min(RECENT_VIBRATION_SAMPLES));
-        let begun = late > T::lit(RECENT_VIBRATION_DEVIATIONS) * of_late
-            && late > T::lit(VIBRATION_RATIO) * all;
-        let (median, deviation) = if begun { (late, of_late) } else { (all, of_all) };
-        let least =
-            (T::lit(VIBRATION_DEVIATIONS) * deviation).max(T::lit(VIBRATION_RAD * VIBRATION_RAD));
-        let told = if begun { late } else { self.mean };
-        if median > least * T::lit(ease) { told.min(most()) } else { T::ZERO }
-    }
-}
-
-/// Returns the number of samples that are stored.
-fn newest(count: u32) -> usize {
-    usize::try_from(count).unwrap_or(SAMPLES).min(SAMPLES)
-}
-
-/// Sorts in ascending order by insertion, because the sort of the standard library can panic.
-fn sort<T: Scalar>(values: &mut [T]) {
-    for end in 2..=values.len() {
-        let mut rest = values.get_mut(..end).unwrap_or_default();
-        while let [_, .., _] = rest {
-            let Some((last, before)) = rest.split_last_mut() else { return };
-            match before.last_mut() {
-                Some(previous) if *last < *previous => core::mem::swap(last, previous),
-                _ => break,
-            }
-            rest = before;
-        }
     }
 }
 
@@ -362,8 +244,10 @@ impl<T: Scalar> VibrationEstimator<T> {
         let blocks = [(Block::Rotation, 3.0), (Block::Baseline, 2.0)];
         for (mean, (block, unknowns)) in self.chi_squares.iter_mut().zip(blocks) {
             let Distance { d, covariance } = block.of(d, covariance);
-            let reduced = covariance.inverse_form(&d).unwrap_or(T::ZERO) / T::lit(unknowns);
-            *mean += (reduced.min(T::lit(MAX_REDUCED_CHI_SQUARE)) - *mean) / pairs;
+            if let Some(form) = covariance.inverse_form(&d) {
+                let reduced = (form / T::lit(unknowns)).min(T::lit(MAX_REDUCED_CHI_SQUARE));
+                *mean += (reduced - *mean) / pairs;
+            }
         }
     }
 

@@ -5,13 +5,14 @@
 
 use nalgebra::Vector5;
 
-use super::constraint::Constraint;
+use super::constraint::{Constraint, PoseTerms};
 use super::loss::geman_mcclure;
 use super::survey::{Random, scattered_over};
 use super::weighting::Weighting;
 use crate::algebra::information::Information;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::correspondence::RayPair;
+use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     GROUP, GROUPS, IMPROVING_STEPS, LEAST_SCALE_PX, PROPOSAL_GAIN, PROPOSAL_SCALE, ROUNDS, SAMPLE,
@@ -38,18 +39,32 @@ impl Rounds {
 
     /// Runs one round. Returns the step to a better pose, rad, or `None`.
     ///
-    /// The residuals are linearised about the pose.
-    ///
     /// * `by`: weighting at the pose; `scale`: scale of the score, px; `prior`: prior information on the pose, 1/rad^2.
-    #[inline(never)]
     pub(super) fn take<T: Scalar>(
         &mut self,
+        pose: &RectifyingRotations<T>,
         by: &Weighting<T>,
         pairs: &[RayPair<T>],
         scale: T,
         prior: &Information<T>,
     ) -> Option<Vector5<T>> {
         self.left = self.left.saturating_sub(1);
+        let d = self.propose(by, pairs, scale, prior)?;
+        // The proposal rests on a sample and on linearised residuals, so all correspondences must confirm it.
+        let there = Weighting { pose: PoseTerms::at(&pose.stepped_by(&d)?), ..*by };
+        let least = fit(by, pairs, scale) + T::lit(PROPOSAL_GAIN);
+        (fit(&there, pairs, scale) > least).then_some(d)
+    }
+
+    /// Returns the step to a pose that fits a sample better, rad. The residuals are linearised about the pose.
+    #[inline(never)]
+    fn propose<T: Scalar>(
+        &mut self,
+        by: &Weighting<T>,
+        pairs: &[RayPair<T>],
+        scale: T,
+        prior: &Information<T>,
+    ) -> Option<Vector5<T>> {
         let mut rows = Rows::new();
         take_rows(by, pairs, &mut rows);
         best(&rows, scale, prior, &mut self.random)
@@ -74,7 +89,7 @@ pub(super) fn scale<T: Scalar>(noise: T) -> T {
 ///
 /// * `by`: weighting at the pose; `scale`: scale of the score, px.
 #[inline(never)]
-pub(super) fn fit<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], scale: T) -> T {
+fn fit<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], scale: T) -> T {
     let seen = pairs.iter().filter_map(|pair| Constraint::of(&by.pose, pair.rays()));
     score(seen.map(|seen| seen.value * seen.value * by.precision(&seen)), scale)
 }
@@ -233,7 +248,8 @@ mod tests {
         let (by, pairs) = (solver.weighting(), batch.pairs());
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let mut rounds = Rounds::after_annealing(true);
-        let step = (0..rounds.left).find_map(|_| rounds.take(&by, pairs, 1.0, &prior));
+        let step = (0..rounds.left)
+            .find_map(|_| rounds.take(&solver.iterate.pose, &by, pairs, 1.0, &prior));
         let mut rows = Rows::new();
         take_rows(&by, pairs, &mut rows);
         let fit = |d: &Vector5<f64>| rows.iter().filter(|row| residual(row, d).abs() < 2.0).count();
@@ -310,7 +326,7 @@ mod tests {
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let (by, mut rows) = (solver.weighting(), Rows::new());
         let mut rounds = Rounds::after_annealing(true);
-        let step = rounds.take(&by, batch.pairs(), 1.0, &prior)?;
+        let step = rounds.take(&solver.iterate.pose, &by, batch.pairs(), 1.0, &prior)?;
         take_rows(&by, batch.pairs(), &mut rows);
         let optimum = (0..20).fold(step, |d, _| improved(&rows, d, 1.0, &prior));
         let mut fit = [0; 2];
@@ -326,5 +342,28 @@ mod tests {
         let [larger, smaller] = found(65, 8.0).unwrap();
         assert!(larger >= 30 && smaller == 0, "{larger} {smaller}");
         assert_eq!([found(35, 8.0), found(0, 0.0)], [None; 2]);
+    }
+
+    #[test]
+    fn a_pose_that_most_of_the_sample_fits_and_few_of_all_correspondences_is_refused() {
+        let [level, shifted] =
+            [0, 100].map(|shifted| batch::<f64>(pixels(shifted, 8.0).into_iter()));
+        let solver = solvers(&level, [0.0; 3], [0.0; 2]).next().unwrap();
+        let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
+        let by = solver.weighting();
+        let places: Vec<usize> = (0..100).collect();
+        // 40 of the 50 sampled correspondences are shifted, and 40 or 75 of all 100.
+        let sampled: Vec<usize> = scattered_over(&places, SAMPLED).copied().collect();
+        let not_sampled = places.iter().filter(|place| !sampled.contains(place));
+        for others in [0, 35] {
+            let mut pairs = level.pairs().to_vec();
+            for place in sampled.iter().take(40).chain(not_sampled.clone().take(others)) {
+                pairs[*place] = shifted.pairs()[*place];
+            }
+            let [mut rounds, mut of_sample] = [Rounds::after_annealing(true); 2];
+            let step = rounds.take(&solver.iterate.pose, &by, &pairs, 1.0, &prior);
+            assert!(of_sample.propose(&by, &pairs, 1.0, &prior).is_some(), "{others}");
+            assert_eq!(step.is_some(), others > 0);
+        }
     }
 }

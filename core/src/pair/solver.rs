@@ -15,7 +15,7 @@ use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::PassSums;
-use super::proposal::{Rounds, fit, is_small, scale};
+use super::proposal::{Rounds, is_small, scale};
 use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
 use super::weighting::Weighting;
@@ -29,8 +29,8 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{
-    LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, PROPOSAL_GAIN, SETTLED,
-    TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
+    LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, SETTLED, TIGHT_TUKEY,
+    TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
 };
 
 /// State of the second start of a search.
@@ -290,16 +290,10 @@ impl<T: Scalar> PairSolver<T> {
         self.passes = self.passes.saturating_add(1);
         let (by, noise) = (self.weighting(), self.iterate.noise);
         let scale = scale(noise);
-        if let Some(d) = rounds.take(&by, matches, scale, &self.prior) {
-            let (pose, moved) = (self.iterate.pose, self.moved);
-            let least = fit(&by, matches, scale) + T::lit(PROPOSAL_GAIN);
-            // The round has used a sample and linearised residuals, so all correspondences must confirm the new pose.
-            if self.moves(&d).is_some() && fit(&self.weighting(), matches, scale) > least {
-                rounds.moved = true;
-            } else {
-                (self.iterate.pose, self.moved) = (pose, moved);
-            }
-        }
+        let step = rounds.take(&self.iterate.pose, &by, matches, scale, &self.prior);
+        rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();
+        // The limit of the annealing belongs to a wider loss, or to another pose.
+        self.iterate.leverage = None;
         self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
             Second::Begun(rounds)
         } else {
@@ -314,7 +308,6 @@ impl<T: Scalar> PairSolver<T> {
     fn moves(&mut self, d: &Vector5<T>) -> Option<()> {
         self.iterate.pose = self.iterate.pose.stepped_by(d)?;
         self.moved += *d;
-        self.iterate.leverage = None;
         Some(())
     }
 

@@ -270,11 +270,15 @@ impl fmt::Display for Summary {
             let why = refused::in_words(&self.refused_matches);
             writeln!(f, "matches refused    {refused} of {}: {why}", self.matches)?;
         }
+        if !self.has_reference {
+            writeln!(f, "reference          none: no errors")?;
+        }
+        self.write_pose(f)?;
         if self.has_reference {
-            self.write_pose(f)?;
             self.write_errors(f)?;
         } else {
-            self.write_estimate(f)?;
+            let Self { sigma_pairs, pairs, .. } = self;
+            writeln!(f, "pairs alone        {sigma_pairs} of {pairs} have an estimate")?;
         }
         // The tables in `golden` have these words.
         write_angle(f, "sd of t, claimed", "as the estimate reports", self.sd_translation)?;
@@ -319,13 +323,6 @@ impl Summary {
         write_angle(f, "sigma_theta", &alone, self.sigma_theta)?;
         write_angle(f, "tracked t", "pairs as solved in the run, RMS", self.tracked_t)?;
         write_angle(f, "tracked R", "pairs as solved in the run, RMS", self.tracked_theta)
-    }
-
-    /// Writes the figures that need no reference.
-    fn write_estimate(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "reference          none: no errors")?;
-        self.write_pose(f)?;
-        writeln!(f, "pairs alone        {} of {} have an estimate", self.sigma_pairs, self.pairs)
     }
 
     fn write_pose(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -2,6 +2,7 @@
 
 extern crate std;
 
+use super::samples::sort;
 use super::*;
 use crate::algebra::moments::Moments;
 use crate::config::Config;
