@@ -115,7 +115,7 @@ impl<T: Scalar> Rational<T> {
                 break;
             }
         }
-        // Where the model is flat, rounding dominates every step, so the residual decides.
+        // Rounding dominates every step where the model is flat, so the residual decides.
         let largest = T::lit(RATIONAL_RESIDUAL_ULPS) * T::EPSILON * (T::ONE + p.amax() + d.amax());
         self.distort(p).filter(|back| (back - d).amax() <= largest).map(|_| p)
     }

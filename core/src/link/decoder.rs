@@ -277,7 +277,7 @@ impl Decoder {
     fn finish(&mut self, whole: bool) -> Option<Event> {
         let frame = self.frame.take()?;
         // The window stays: the next frame may start within the last bytes of this frame, even if this frame is whole.
-        // That happens if this frame was cut off and the start of the next frame completes it.
+        // A frame that was cut off may be completed by the start of the next frame.
         self.received = if whole { self.window.held() } else { 0 };
         if !whole {
             count(&mut self.counters.bad_crc);
