@@ -264,16 +264,16 @@ pub(crate) const MAX_IN_USE: f64 = 1.5;
 pub(crate) const OPTIMUM_STEPS: usize = 3;
 pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 
-/// The last step, of length `d`, adds about `d^2` of the largest information to the direction with the least information.
-/// This is the largest such addition, as a part of the least information. A larger part keeps information that belongs to another pose; a smaller one
-/// costs time in far scenes.
+/// The last step, of length `d`, adds about `d^2` of the largest information to the direction with the least.
+/// This is the largest such addition, as a part of the least information. A larger part keeps information that belongs
+/// to another pose; a smaller one costs time in far scenes.
 pub(crate) const MOVED_INFORMATION: f64 = 0.1;
 
 /// Pairs that a challenger needs to take over. A larger number follows a step later; a smaller one follows chance.
 pub(crate) const MIN_AGREED: u16 = 3;
 
-/// Contradictions after which a challenger is dropped. A larger number keeps a false challenger; a smaller one drops a
-/// true one for a poor pair.
+/// Least number of contradicting pairs after which a challenger is dropped; one with many agreeing pairs tolerates more.
+/// A larger number keeps a false challenger longer; a smaller one drops a true challenger because of one poor pair.
 pub(crate) const MAX_FAILED: u16 = 2;
 
 /// Rejected pairs in a row after which the rig is lost, and every second search starts at the factory extrinsics. A

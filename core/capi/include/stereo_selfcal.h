@@ -1500,7 +1500,8 @@ typedef struct selfcal_frame_header_t {
 } selfcal_frame_header_t;
 
 /**
- * Encoder of one frame, for a matcher in software. The caller owns it. It holds no match.
+ * Encoder of one frame, for a matcher in software. The caller owns the encoder. It stores no
+ * matches: each call returns the bytes of one match.
  */
 typedef struct selfcal_encoder_t {
     /**
@@ -1790,7 +1791,7 @@ typedef struct selfcal_health_t {
      */
     float coverage;
     /**
-     * Rating of the two RMS.
+     * Rating of the extrinsics in use.
      */
     selfcal_band_t band;
     /**
@@ -1991,7 +1992,8 @@ selfcal_error_t selfcal_factory_from_record(struct selfcal_factory_t *factory,
                                             size_t length);
 
 /**
- * Reads the storage that the library needs, to size it at run time or to compare with the header.
+ * Returns the size and alignment of the storage that the library needs, and its capacity, to allocate the storage at
+ * run time or to compare the library with the header.
  */
 selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements);
 

@@ -31,7 +31,8 @@ pub const SELFCAL_ENCODER_STORAGE_WORDS: usize = 10;
 /// Size of `selfcal_encoder_t`, bytes.
 pub const SELFCAL_ENCODER_STORAGE_SIZE: usize = 8 * SELFCAL_ENCODER_STORAGE_WORDS;
 
-/// Encoder of one frame, for a matcher in software. The caller owns it. It holds no match.
+/// Encoder of one frame, for a matcher in software. The caller owns the encoder. It stores no
+/// matches: each call returns the bytes of one match.
 #[repr(C)]
 pub struct selfcal_encoder_t {
     /// Private.

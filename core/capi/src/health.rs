@@ -170,7 +170,7 @@ pub struct selfcal_health_t {
     pub fit_proposed: u32,
     /// Share of the cells of an 8 x 6 grid over the left image with a match that fits, 0 to 1.
     pub coverage: f32,
-    /// Rating of the two RMS.
+    /// Rating of the extrinsics in use.
     pub band: selfcal_band_t,
     /// State of the estimate.
     pub state: selfcal_state_t,

@@ -19,7 +19,8 @@ pub struct selfcal_requirements_t {
     pub capacity: usize,
 }
 
-/// Reads the storage that the library needs, to size it at run time or to compare with the header.
+/// Returns the size and alignment of the storage that the library needs, and its capacity, to allocate the storage at
+/// run time or to compare the library with the header.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_requirements(
     requirements: *mut selfcal_requirements_t,

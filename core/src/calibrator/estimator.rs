@@ -222,7 +222,8 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Returns the variances of single pairs about the estimate, rad^2.
+    /// Returns the variances of the vibration of single pairs about the estimate, rad^2. They are zero for a rigid rig
+    /// and in the paper preset.
     pub(crate) fn vibration(&self) -> BlockVariances<T> {
         match self {
             #[cfg(feature = "paper")]

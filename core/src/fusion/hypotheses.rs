@@ -358,9 +358,10 @@ impl<T: Scalar> Hypotheses<T> {
         if had_champion { Fused::TookOver } else { Fused::Added }
     }
 
-    /// Drops a challenger of the same rig if the champion rejects its pairs only for their low inlier share. That share
-    /// becomes the usual share of the champion. Otherwise the champion would be lost, because such a challenger is
-    /// never promoted, and the champion learns only from accepted pairs.
+    /// Drops the challenger if it agrees with the champion, which rejects the pairs of the challenger only for their
+    /// low inlier share. The champion takes over this share as its usual share. Otherwise the rig would be reported as
+    /// lost: a challenger that agrees with the champion is never promoted, and the champion learns only from accepted
+    /// pairs.
     #[inline(never)]
     fn learn_share(&mut self, evaluated: &EvaluatedPose<T>, context: &Context<'_, T>) {
         let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) else {

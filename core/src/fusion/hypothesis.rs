@@ -311,8 +311,8 @@ impl<T: Scalar> Hypothesis<T> {
         one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
     }
 
-    /// Returns the start of a track: the estimate, with a covariance that allows a pair some freedom about it. `None`
-    /// without a covariance.
+    /// Returns the start of a track: the estimate, and the covariance of a pair about it. This covariance is the sum of
+    /// that of the estimate, the vibration, and [`FREEDOM_RAD`] squared. `None` if the estimate has no covariance.
     pub(super) fn track_start(&self, context: &Context<'_, T>) -> Option<TrackStart<T>> {
         let sees_crowd = self.crowd.abs() >= T::lit(CROWD_SHARE);
         let mut covariance = self.covariance(context)?;

@@ -69,7 +69,7 @@ pub struct Health<T: Scalar> {
     /// Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image. The other
     /// cells do not test the fit.
     pub coverage: T,
-    /// Rating of the two RMS.
+    /// Rating of the extrinsics in use.
     pub band: Band,
     /// Whether the estimate is confirmed.
     pub state: State,

@@ -1,5 +1,5 @@
-//! Last pass of a pair of the published method: noise and information at the solution, and the fits of start and
-//! solution.
+//! Last pass over a pair in the published method: sums for noise and information at the solution, and for the fits of
+//! start and solution.
 
 use super::residual::linearised;
 use crate::algebra::information::Information;

@@ -24,7 +24,7 @@ use crate::thresholds::{MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATI
 
 /// Largest component of a unit vector after rounding.
 const UNIT: f32 = 1.0 + 1e-5;
-/// Largest ratio of a running mean to its largest term after rounding.
+/// Bound on the ratio of a running mean to its largest term. Rounding can raise the mean slightly above the term.
 const MEAN_ROUNDING: f32 = 1.001;
 /// Largest magnitude of a yaw, rad, and largest variance of a yaw, rad^2.
 const MAX_YAW: f32 = 10.0;
@@ -225,7 +225,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         learned.numbers().into_iter().for_each(|numbers| from.fill(numbers));
         (learned.prior.pairs, learned.changes) = (pairs, changes);
         learned.mount_flags = mount;
-        // A caller that has loaded another calibration in the meantime must notice the calibration of the record.
+        // A record may have the present generation and another calibration. The generation then grows, so that a
+        // caller with the present calibration in its rectifier notices the change.
         let is_known = generation == self.generation;
         let is_other = self.replace_in_use(in_use);
         self.generation = generation.wrapping_add((is_known && is_other).into());

@@ -155,7 +155,8 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         &mut self,
         factory: &FactoryCalibration<T>,
     ) -> Result<(), StoreError<F::Error>> {
-        // The damaged or older copy is written first. A copy that fails is tried again before the other one is erased.
+        // `find` makes the first save write the damaged or older copy. If that save fails, the next call writes the same
+        // copy again, and the intact one is not erased before.
         self.factory.find(&mut self.flash);
         let mut write = |record: &mut [u8]| factory.write(record);
         self.factory.save(&mut self.flash, &mut write)?;

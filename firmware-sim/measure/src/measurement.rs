@@ -30,7 +30,7 @@ struct BoardFigures {
 ///
 /// * `repeat`: runs of each program, which must all print the same.
 pub(crate) fn table(boards: &[Board], repeat: usize, progress: &Bar) -> Result<(Table, String)> {
-    // A thread per board: the programs of one run on one core while the other board's are built.
+    // A thread per board: while the programs of one board run, which takes one core, those of the other are built.
     let figures = thread::scope(|scope| {
         let start = |board: &Board| {
             let board = *board;

@@ -34,7 +34,7 @@ pub struct Checks {
     pub reasons: Reasons,
     /// Verdict on the calibration in use.
     pub band: Band,
-    /// Deviation of the yaw in use, rad: the error of depth is `Z^2 / b` times this.
+    /// Standard deviation of the yaw in use, rad: the error of depth is `Z^2 / b` times this.
     pub yaw_sd: f64,
     /// Matches that fit the estimate.
     pub fit: u32,

@@ -28,7 +28,7 @@ pub struct Estimate {
     pub lens: Option<Lens>,
     /// Apparent yaw of the lens, rad.
     pub lens_yaw: Finding<f64>,
-    /// Deviation of the yaw of the mount, with the lens uncertain, rad.
+    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad.
     pub yaw_sd: f64,
     /// Motion of the rig about the estimate, rad RMS.
     pub vibration: Vibration<f64>,

@@ -27,7 +27,7 @@ pub struct Step {
     pub offered: usize,
     /// Correspondences that the calibrator took.
     pub taken: usize,
-    /// Correspondences refused by reason, if the run has noted it.
+    /// Number of refused correspondences for each reason; empty if the run has not counted them.
     pub refused: CountByReason,
     /// Results of range readings and of tracked matches, if the run had any.
     pub witnessed: WitnessCounts,

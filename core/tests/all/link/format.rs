@@ -34,7 +34,7 @@ fn bytes_of_the_page() -> Vec<u8> {
     let page = include_str!("../../../src/link/FORMAT.md");
     let example = page.split("## Example").nth(1).unwrap().split("```").nth(1).unwrap();
     let hex = |word: &str| u8::from_str_radix(word, 16).ok().filter(|_| word.len() == 2);
-    // The first two lines are "```text" and the names of the columns.
+    // The first two lines are the language of the block, `text`, and the names of the columns.
     let lines = example.lines().skip(2);
     lines.flat_map(|line| line.split_whitespace().skip(1).map_while(hex)).collect()
 }

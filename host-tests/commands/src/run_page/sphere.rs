@@ -67,9 +67,9 @@ struct Directions {
     reference: Vector3<f64>,
 }
 
-/// Four panels: `t^k` on the sphere and around the reference, `v^k` likewise.
+/// Four panels: `t^k` on the whole sphere and enlarged around the reference, and the same for `v^k`.
 ///
-/// * `name`: name of the CSV file; `reach`: size of the surroundings.
+/// * `name`: name of the CSV file; `reach`: distance from the reference that the enlarged panels show, rad.
 #[must_use]
 pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &str) -> Figure {
     let [t, v] = estimates.both();

@@ -44,7 +44,7 @@ impl Refined {
     }
 }
 
-/// Levels of an image: the image, then halved and halved again.
+/// Levels of an image pyramid: the image, then each level at half the size of the level before.
 pub(super) type Halved = Vec<Picture>;
 
 /// The window around the left corner, its gradients, and values derived from them.

@@ -1,4 +1,4 @@
-//! The link to the matcher: bytes, decoder and drivers, over a bus unknown to the compiler.
+//! The link to the matcher: bytes, decoder and drivers, over a bus whose results the compiler cannot predict.
 
 use core::convert::Infallible;
 use core::hint::black_box;
