@@ -51,8 +51,12 @@ impl<T: Scalar> Hypothesis<T> {
     /// that disagree the covariance is wider than that of the pairs.
     #[inline(never)]
     fn widen(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
-        let mut information = self.covariance(context)?.inverse()?;
-        information.add_diagonal(-context.prior);
+        let all = self.covariance(context)?.inverse()?;
+        let mut of_pairs = all;
+        of_pairs.add_diagonal(-context.prior);
+        // Disagreeing halves and a drift may widen the covariance beyond the prior on the extrinsics. The pairs would
+        // then have negative information, which no moments have.
+        let information = if of_pairs.factor(T::ZERO).is_some() { of_pairs } else { all };
         *equations = BiasedEquations::ZERO;
         equations.normal.information = Information(information);
         equations.normal.gradient = self.balance(context);
@@ -156,6 +160,19 @@ mod tests {
                 assert!(gap < most * old.norm() + 1e-3, "{parameter}: {old} {new}");
             }
         }
+    }
+
+    #[test]
+    fn an_estimate_less_certain_than_the_prior_on_the_extrinsics_has_positive_information() {
+        let context = context::<f64>();
+        let pairs: std::vec::Vec<_> = (0..12).map(evaluated).collect();
+        let mut before = fused(&pairs, 2, &context);
+        before.drift = Vector5::new(0.0, 0.0, 0.0, 1.0, 1.0);
+        let [.., b_y, b_z] = before.covariance(&context).unwrap().diagonal();
+        assert!(b_y.min(b_z) > 1.0 / context.prior, "{b_y} {b_z}");
+        let mut prior = Prior::NONE;
+        before.fill_prior(&mut prior, &context).unwrap();
+        assert!(prior.equations.normal.information.0.factor(0.0).is_some(), "{prior:?}");
     }
 
     #[test]
