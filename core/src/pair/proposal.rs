@@ -37,7 +37,7 @@ impl Rounds {
         Self { random: Random::NEW, left: if has_peak { ROUNDS } else { 1 }, moved: false }
     }
 
-    /// Runs one round. Returns the step to a better pose, rad, or `None`.
+    /// Runs one round. Returns the better pose and the step to it, rad, or `None`.
     ///
     /// * `by`: weighting at the pose; `scale`: scale of the score, px; `prior`: prior information on the pose, 1/rad^2.
     pub(super) fn take<T: Scalar>(
@@ -47,13 +47,13 @@ impl Rounds {
         pairs: &[RayPair<T>],
         scale: T,
         prior: &Information<T>,
-    ) -> Option<Vector5<T>> {
+    ) -> Option<(RectifyingRotations<T>, Vector5<T>)> {
         self.left = self.left.saturating_sub(1);
         let d = self.propose(by, pairs, scale, prior)?;
+        let moved = pose.stepped_by(&d)?;
         // The proposal rests on a sample and on linearised residuals, so all correspondences must confirm it.
-        let there = Weighting { pose: PoseTerms::at(&pose.stepped_by(&d)?), ..*by };
-        let least = fit(by, pairs, scale) + T::lit(PROPOSAL_GAIN);
-        (fit(&there, pairs, scale) > least).then_some(d)
+        let there = Weighting { pose: PoseTerms::at(&moved), ..*by };
+        (gain(by, &there, pairs, scale) > T::lit(PROPOSAL_GAIN)).then_some((moved, d))
     }
 
     /// Returns the step to a pose that fits a sample better, rad. The residuals are linearised about the pose.
@@ -85,13 +85,19 @@ pub(super) fn scale<T: Scalar>(noise: T) -> T {
     (T::lit(PROPOSAL_SCALE) * noise).max(T::lit(LEAST_SCALE_PX))
 }
 
-/// Returns the score of a pose over all correspondences, without linearisation.
+/// Returns the score of a pose less that of another, over all correspondences and without linearisation.
 ///
-/// * `by`: weighting at the pose; `scale`: scale of the score, px.
+/// * `from`, `to`: weighting at each pose; `scale`: scale of the score, px.
 #[inline(never)]
-fn fit<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], scale: T) -> T {
-    let seen = pairs.iter().filter_map(|pair| Constraint::of(&by.pose, pair.rays()));
-    score(seen.map(|seen| seen.value * seen.value * by.precision(&seen)), scale)
+fn gain<T: Scalar>(from: &Weighting<T>, to: &Weighting<T>, pairs: &[RayPair<T>], scale: T) -> T {
+    let square = |by: &Weighting<T>, pair: &RayPair<T>| {
+        let seen = Constraint::of(&by.pose, pair.rays())?;
+        Some(seen.value * seen.value * by.precision(&seen))
+    };
+    pairs.iter().fold(T::ZERO, |gain, pair| {
+        let [lost, won] = [from, to].map(|by| score(square(by, pair).into_iter(), scale));
+        gain + (won - lost)
+    })
 }
 
 /// Returns the step to the best of the proposed poses, rad; `None` if no proposal is better than the current pose.
@@ -253,7 +259,7 @@ mod tests {
         let mut rows = Rows::new();
         take_rows(&by, pairs, &mut rows);
         let fit = |d: &Vector5<f64>| rows.iter().filter(|row| residual(row, d).abs() < 2.0).count();
-        [Vector5::zeros(), step.unwrap_or_default()].map(|d| fit(&d))
+        [Vector5::zeros(), step.map_or_else(Vector5::zeros, |(_, d)| d)].map(|d| fit(&d))
     }
 
     #[test]
@@ -326,8 +332,10 @@ mod tests {
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let (by, mut rows) = (solver.weighting(), Rows::new());
         let mut rounds = Rounds::after_annealing(true);
-        let step = rounds.take(&solver.iterate.pose, &by, batch.pairs(), 1.0, &prior)?;
+        let (_, step) = rounds.take(&solver.iterate.pose, &by, batch.pairs(), 1.0, &prior)?;
         take_rows(&by, batch.pairs(), &mut rows);
+        let fit_at_once = rows.iter().filter(|row| residual(row, &step).abs() < 1.0).count();
+        assert!(fit_at_once > 20, "{fit_at_once}");
         let optimum = (0..20).fold(step, |d, _| improved(&rows, d, 1.0, &prior));
         let mut fit = [0; 2];
         for row in rows.iter().filter(|row| residual(row, &optimum).abs() < 1.5 + 0.3) {

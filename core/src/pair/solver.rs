@@ -290,8 +290,11 @@ impl<T: Scalar> PairSolver<T> {
         self.passes = self.passes.saturating_add(1);
         let (by, noise) = (self.weighting(), self.iterate.noise);
         let scale = scale(noise);
-        let step = rounds.take(&self.iterate.pose, &by, matches, scale, &self.prior);
-        rounds.moved |= step.and_then(|d| self.moves(&d)).is_some();
+        if let Some((pose, d)) = rounds.take(&self.iterate.pose, &by, matches, scale, &self.prior) {
+            self.iterate.pose = pose;
+            self.moved += d;
+            rounds.moved = true;
+        }
         // The limit of the annealing belongs to a wider loss, or to another pose.
         self.iterate.leverage = None;
         self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
@@ -302,13 +305,6 @@ impl<T: Scalar> PairSolver<T> {
             }
             Second::Taken
         };
-    }
-
-    /// Moves the pose by a step `d`, rad, to another start; `None` if the moved pose is not a valid rig.
-    fn moves(&mut self, d: &Vector5<T>) -> Option<()> {
-        self.iterate.pose = self.iterate.pose.stepped_by(d)?;
-        self.moved += *d;
-        Some(())
     }
 
     /// Returns the residual variance that the loss assumes, px^2.
