@@ -69,6 +69,25 @@ fn the_variances_of_rotation_and_baseline_are_told_apart() {
     }
 }
 
+/// A vibration of both blocks raises both chi-squares, and so looks like scatter in part.
+#[test]
+fn a_vibration_of_both_blocks_is_found_if_it_is_large() {
+    for (sd, least) in [([3e-4, 2e-3], [0, 30]), ([5e-4, 3e-3], [20, 40]), ([7e-4, 3e-3], [40; 2])]
+    {
+        let mut found = [0; 2];
+        for seed in 0..40 {
+            let [.., BlockVariances { rotation, baseline }] = followed(60, sd, seed, still)[..]
+            else {
+                panic!()
+            };
+            found[0] += u32::from(rotation > 0.0);
+            found[1] += u32::from(baseline > 0.0);
+        }
+        std::println!("{sd:?} rad: found in {found:?} of 40 runs");
+        assert!(found[0] >= least[0] && found[1] >= least[1], "{sd:?}: {found:?}");
+    }
+}
+
 #[test]
 fn a_rigid_rig_a_drift_and_a_knock_are_no_vibration() {
     let drift = |pair: u32| Vector5::repeat(f64::from(pair) * 3.5e-4);
