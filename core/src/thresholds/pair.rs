@@ -20,8 +20,8 @@ pub(crate) const LEVELS: usize = 13;
 pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 
 /// Least part of the usable correspondences in a peak of residuals, while the scale falls, and least ratio of the count
-/// in the peak to the count beside it; outliers alone have a ratio of 1. Larger values overlook a small number of
-/// inliers; smaller ones accept a chance cluster of residuals as a peak.
+/// in the peak to the count beside it; outliers alone have a ratio of 1. A pose found by a search needs this ratio too.
+/// Larger values overlook a small number of inliers; smaller ones accept a chance cluster of residuals as a peak.
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 
