@@ -25,9 +25,8 @@ use crate::thresholds::FREEDOM_RAD;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prior<T: Scalar> {
     pub(crate) pose: RectifyingRotations<T>,
-    /// Equations of the pairs about the pose, with the noise of disparities in them. For a rig that drifts or vibrates,
-    /// or with image halves that disagree, they give the wider covariance of the estimate, without noise. A record
-    /// stores only the baseline part of the gradient.
+    /// Equations of the pairs about the pose, with the noise of disparities in them. For a rig that vibrates, equations
+    /// with the information on its mean, without noise. A record stores only the baseline part of the gradient.
     pub(crate) equations: BiasedEquations<T>,
     pub(crate) response: Response<T>,
     /// Reduced chi-square of the pairs.

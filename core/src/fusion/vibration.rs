@@ -10,10 +10,12 @@ use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
-use crate::thresholds::{AVERAGED_PAIRS, CHI_SQUARE_PAIRS, MAX_REDUCED_CHI_SQUARE, VIBRATION_RAD};
+use crate::thresholds::{AVERAGED_PAIRS, VIBRATION_RAD};
 use samples::{RING, SAMPLES, Sample, Samples, most};
+use scatter::Scatter;
 
 mod samples;
+mod scatter;
 
 /// Factor of the variance in the square of a distance, with two constants derived from it. They are computed at compile
 /// time, because a controller divides `f64` in software.
@@ -148,8 +150,7 @@ pub(super) struct VibrationEstimator<T: Scalar> {
     /// Numbers of samples from first and from second differences, at most [`AVERAGED_PAIRS`].
     counts: [u32; 2],
     variances: BlockVariances<T>,
-    /// Running means of the reduced chi-square of first differences, for rotation and for baseline.
-    chi_squares: [T; 2],
+    scatter: Scatter<T>,
 }
 
 impl<T: Scalar> VibrationEstimator<T> {
@@ -159,7 +160,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         samples: [[Samples::NONE; 2]; 2],
         counts: [0; 2],
         variances: BlockVariances::ZERO,
-        chi_squares: [T::ONE; 2],
+        scatter: Scatter::NONE,
     };
 
     /// Forgets all pairs. Works in place.
@@ -168,7 +169,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         self.samples.iter_mut().flatten().for_each(|samples| *samples = Samples::NONE);
         self.counts = [0; 2];
         self.variances = BlockVariances::ZERO;
-        self.chi_squares = [T::ONE; 2];
+        self.scatter = Scatter::NONE;
     }
 
     /// Forgets the last optima, so that the next pair is not compared with earlier pairs.
@@ -226,7 +227,7 @@ impl<T: Scalar> VibrationEstimator<T> {
         (self.last, self.before) = (Some(PairOptimum { at, covariance }), last);
         let Some(last) = last else { return };
         let (step, sum) = (at - last.at, last.covariance.plus(&covariance));
-        self.count_scatter(&step, &sum);
+        self.scatter.add(&step, &sum);
         self.sample(0, &step, &sum);
         if let Some(before) = before {
             let quarter = T::HALF * T::HALF;
@@ -235,20 +236,6 @@ impl<T: Scalar> VibrationEstimator<T> {
             self.sample(1, &apart, &both.plus(&last.covariance));
         }
         self.update();
-    }
-
-    /// Updates the reduced chi-squares by a first difference, rad, and its covariance, rad^2.
-    fn count_scatter(&mut self, d: &Vector5<T>, covariance: &Symmetric5<T>) {
-        let [count, _] = self.counts;
-        let pairs = T::count(count) + T::lit(CHI_SQUARE_PAIRS);
-        let blocks = [(Block::Rotation, 3.0), (Block::Baseline, 2.0)];
-        for (mean, (block, unknowns)) in self.chi_squares.iter_mut().zip(blocks) {
-            let Distance { d, covariance } = block.of(d, covariance);
-            if let Some(form) = covariance.inverse_form(&d) {
-                let reduced = (form / T::lit(unknowns)).min(T::lit(MAX_REDUCED_CHI_SQUARE));
-                *mean += (reduced - *mean) / pairs;
-            }
-        }
     }
 
     /// Adds the samples for rotation and baseline from one distance.
@@ -273,12 +260,10 @@ impl<T: Scalar> VibrationEstimator<T> {
     /// Sets each variance to the smaller of the values from first and from second differences. A drift raises only
     /// first differences, and each knock enters two second differences but only one first difference.
     ///
-    /// Pairs may scatter beyond their covariances, equally in all unknowns; the smaller of the two chi-squares measures
-    /// this scatter. Rotations of the cameras also move the baseline. So if the rotation vibrates, the baseline may
-    /// vibrate too, and its limit is not raised by the scatter.
+    /// Rotations of the cameras also move the baseline. So if the rotation vibrates, the baseline may vibrate too, and
+    /// its limit is not raised by the scatter.
     fn update(&mut self) {
-        let [of_rotation, of_baseline] = self.chi_squares;
-        let scatter = of_rotation.min(of_baseline).max(T::ONE);
+        let scatter = self.scatter.ratio();
         let [first, second] = &self.samples;
         let ([of_first, of_second], before) = (self.counts, self.variances);
         let least = |a: &Samples<T>, b: &Samples<T>, before: T, scatter: T| {

@@ -20,25 +20,23 @@ const AFTER: usize = 10;
 /// for the few runs of a test.
 const BOUNDS: [(usize, [f64; 2]); 3] = [(1, [1.05, 1.05]), (3, [1.02, 1.05]), (10, [1.01, 1.05])];
 
-/// Largest ratio in any scene.
-const MOST: f64 = 1.05;
+/// Largest ratio for a rig that drifts. A restart forgets the windows of the change detection, and so follows the drift
+/// a few pairs later.
+const DRIFTING: f64 = 1.15;
 
-/// Larger bounds for scenes in which a restart loses information: few matches near enough to fix `t`, and the samples
-/// of the vibration in flight.
-fn allowance(kind: ScenarioKind) -> f64 {
-    match kind {
-        ScenarioKind::Sky => 0.03,
-        ScenarioKind::Flight => 0.02,
-        _ => 0.0,
-    }
+/// Least share of the runs of a rig that drifts that are locked and armed in time, percent.
+const DRIFTING_IN_TIME: usize = 98;
+
+fn drifts(kind: ScenarioKind) -> bool {
+    matches!(kind, ScenarioKind::Drift | ScenarioKind::Flight)
 }
 
-/// A restart forgets whether a scene repeats the previous one, and how the rig drifts. The error of a drifting rig is
-/// then larger. Over a few runs, the errors at rest and in flight differ by chance.
+/// A restart forgets whether a scene repeats the previous one. Over a few runs, the errors at rest and of a drifting rig
+/// differ by chance.
 fn is_compared(kind: ScenarioKind) -> bool {
-    use ScenarioKind::{Creeping, Drift, Flight, Parked, ParkedLandmarks};
-    let varies_by_chance = matches!(kind, Parked | ParkedLandmarks | Creeping | Flight);
-    kind != Drift && (is_campaign() || !varies_by_chance)
+    use ScenarioKind::{Creeping, Parked, ParkedLandmarks};
+    let varies_by_chance = matches!(kind, Parked | ParkedLandmarks | Creeping) || drifts(kind);
+    is_campaign() || !varies_by_chance
 }
 
 type Rig = Box<Calibrator<f32, 512>>;
@@ -65,8 +63,8 @@ fn error(calibrator: &Rig, truth: &Extrinsics<f64>) -> Option<[f64; 2]> {
 
 /// One run, with a restart and without.
 struct Run {
-    /// Pairs after the restart until locked, and until armed; and until armed without a restart.
-    until: [usize; 3],
+    /// Pairs after the restart until locked and until armed: without a restart, and with one.
+    until: [[usize; 2]; 2],
     /// Squared errors at the pairs of [`BOUNDS`], without a restart and with one.
     squared: [[[f64; 2]; 2]; 3],
 }
@@ -86,12 +84,12 @@ fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
     let mut restarted = new();
     restarted.restore(&unbroken.snapshot()).unwrap();
     let never = AFTER + 1;
-    let mut run = Run { until: [never; 3], squared: [[[0.0; 2]; 2]; 3] };
+    let mut run = Run { until: [[never; 2]; 2], squared: [[[0.0; 2]; 2]; 3] };
     for (number, pair) in (1..).zip(pairs) {
-        let [_, armed_unbroken] = take(&mut unbroken, &pair);
-        let [locked, armed] = take(&mut restarted, &pair);
-        for (until, is_so) in run.until.iter_mut().zip([locked, armed, armed_unbroken]) {
-            *until = if is_so { (*until).min(number) } else { *until };
+        for (until, calibrator) in run.until.iter_mut().zip([&mut unbroken, &mut restarted]) {
+            for (until, is_so) in until.iter_mut().zip(take(calibrator, &pair)) {
+                *until = if is_so { (*until).min(number) } else { *until };
+            }
         }
         for ((at, _), squared) in BOUNDS.iter().zip(&mut run.squared) {
             if *at == number {
@@ -111,9 +109,9 @@ fn a_restarted_rig_is_locked_and_armed_within_two_pairs_and_as_good_as_without_a
         let seeds = FIRST_SEED..FIRST_SEED + runs(RUNS[0], RUNS[1]);
         let all: Vec<Run> =
             seeds.into_par_iter().filter_map(|seed| run(*kind, Config::robust(), seed)).collect();
-        let count =
-            |until: usize, pairs: usize| all.iter().filter(|r| r.until[until] <= pairs).count();
-        let [locked, armed, armed_unbroken] = [0, 1, 2].map(|until| count(until, 2));
+        // A pair that leaves the run without a restart suspect does so for both runs.
+        let in_time = [0, 1]
+            .map(|what| all.iter().filter(|r| r.until[1][what] <= r.until[0][what].max(2)).count());
         let ratios = [0, 1, 2].map(|at| {
             [0, 1].map(|error| {
                 let sum = |of: usize| all.iter().map(|r| r.squared[at][of][error]).sum::<f64>();
@@ -121,18 +119,19 @@ fn a_restarted_rig_is_locked_and_armed_within_two_pairs_and_as_good_as_without_a
             })
         });
         println!(
-            "{kind:<16} {:>3} runs: locked {locked}, armed {armed} (unbroken {armed_unbroken}); e_t, e_theta {ratios:.3?}",
+            "{kind:<16} {:>3} runs: locked, armed in time {in_time:?}; e_t, e_theta {ratios:.3?}",
             all.len()
         );
         if all.is_empty() {
             continue;
         }
-        let drifts = *kind == ScenarioKind::Drift;
-        if !drifts && (locked < all.len() || armed < armed_unbroken) {
-            worst.push(format!("{kind}: {locked} locked, {armed} armed of {armed_unbroken}"));
+        let least = if drifts(*kind) { DRIFTING_IN_TIME } else { 100 };
+        if in_time.iter().any(|count| 100 * count < least * all.len()) {
+            worst.push(format!("{kind}: {in_time:?} of {} locked, armed", all.len()));
         }
         for ((pairs, bounds), ratios) in BOUNDS.iter().zip(ratios) {
-            let bound = (bounds[usize::from(!is_campaign())] + allowance(*kind)).min(MOST);
+            let usual = bounds[usize::from(!is_campaign())];
+            let bound = if drifts(*kind) { DRIFTING } else { usual };
             if is_compared(*kind) && ratios.iter().any(|ratio| *ratio > bound) {
                 worst.push(format!("{kind}: {ratios:?} after {pairs}"));
             }

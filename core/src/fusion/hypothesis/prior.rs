@@ -4,7 +4,7 @@ use nalgebra::Vector5;
 
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
-use crate::algebra::information::Information;
+use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
 use crate::fusion::prior::Prior;
 use crate::geometry::rectification::RectifyingRotations;
@@ -22,9 +22,8 @@ impl<T: Scalar> Hypothesis<T> {
         // Each step is out of line, to free its stack for the next step.
         let at_rest = self.pose_at_rest(&self.pose)?;
         self.fill_equations(prior, &at_rest, context)?;
-        let drifts = self.drift.dot(&self.information.times(&self.drift)) > T::ONE;
-        if drifts || !self.vibration(context).is_zero() || !self.halves.agree() {
-            self.widen(&mut prior.equations, context)?;
+        if !self.vibration(context).is_zero() {
+            self.set_mean(&mut prior.equations, context)?;
         }
         (prior.pose, prior.chi_square) = (self.pose, self.reduced_chi_square);
         (prior.noise, prior.high_leverage) = (self.noise, self.high_leverage);
@@ -46,20 +45,19 @@ impl<T: Scalar> Hypothesis<T> {
         prior.response.set(&sums, &prior.equations.normal.information, context.prior)
     }
 
-    /// Sets equations that have the covariance of the estimate and contain no noise. The equations of the sums are not
-    /// sufficient in these cases: with vibration the pairs have other weights, and with a drift or with image halves
-    /// that disagree the covariance is wider than that of the pairs.
+    /// Sets equations with the information on the mean of a vibrating rig, without noise. The sums weight the pairs as
+    /// for a rigid rig.
     #[inline(never)]
-    fn widen(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
-        let all = self.covariance(context)?.inverse()?;
-        let mut of_pairs = all;
-        of_pairs.add_diagonal(-context.prior);
-        // Disagreeing halves and a drift may widen the covariance beyond the prior on the extrinsics. The pairs would
-        // then have negative information, which no moments have.
-        let information = if of_pairs.factor(T::ZERO).is_some() { of_pairs } else { all };
-        *equations = BiasedEquations::ZERO;
-        equations.normal.information = Information(information);
-        equations.normal.gradient = self.balance(context);
+    fn set_mean(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
+        let mut normal =
+            NormalEquations { information: self.information, gradient: self.balance(context) };
+        if self.is_rigid() {
+            // The vibration was detected after the last pair was added.
+            let pairs = T::count(self.pairs.max(1));
+            let of_mean = self.vibration(context).scaled(T::ONE / pairs);
+            normal.information = of_mean.marginal(&normal)?.information;
+        }
+        *equations = BiasedEquations { normal, ..BiasedEquations::ZERO };
         Some(())
     }
 
@@ -160,19 +158,6 @@ mod tests {
                 assert!(gap < most * old.norm() + 1e-3, "{parameter}: {old} {new}");
             }
         }
-    }
-
-    #[test]
-    fn an_estimate_less_certain_than_the_prior_on_the_extrinsics_has_positive_information() {
-        let context = context::<f64>();
-        let pairs: std::vec::Vec<_> = (0..12).map(evaluated).collect();
-        let mut before = fused(&pairs, 2, &context);
-        before.drift = Vector5::new(0.0, 0.0, 0.0, 1.0, 1.0);
-        let [.., b_y, b_z] = before.covariance(&context).unwrap().diagonal();
-        assert!(b_y.min(b_z) > 1.0 / context.prior, "{b_y} {b_z}");
-        let mut prior = Prior::NONE;
-        before.fill_prior(&mut prior, &context).unwrap();
-        assert!(prior.equations.normal.information.0.factor(0.0).is_some(), "{prior:?}");
     }
 
     #[test]

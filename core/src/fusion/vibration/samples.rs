@@ -17,6 +17,10 @@ const CLIPPED: f64 = 6.0;
 /// Standard deviation of the median of normal numbers over the standard deviation of their mean.
 const MEDIAN_DEVIATION: f64 = 1.2533;
 
+/// Largest bias of a sample per unit of scatter, in standard deviations of a sample: `sqrt(n / 2)` for `n` unknowns, here
+/// for 3. The bias is `tr S^-1 / (k tr S^-2)`, and `tr(S^-1)^2 <= n tr S^-2`.
+const MOST_BIAS: f64 = 1.2247;
+
 /// Estimates of a variance from one distance, rad^2; negative by chance.
 pub(super) struct Sample<T> {
     /// Estimate whose median is the variance.
@@ -95,7 +99,7 @@ impl<T: Scalar> Samples<T> {
         let ease = if before > T::ZERO { VIBRATION_HYSTERESIS } else { 1.0 };
         let scattered = |samples: usize| {
             let [median, deviation] = self.median(samples);
-            [median, deviation * scatter]
+            [median - (scatter - T::ONE) * self.deviation * T::lit(MOST_BIAS), deviation * scatter]
         };
         let [all, of_all] = scattered(count);
         let [late, of_late] = scattered(count.min(RECENT_VIBRATION_SAMPLES));

@@ -69,10 +69,10 @@ fn the_variances_of_rotation_and_baseline_are_told_apart() {
     }
 }
 
-/// A vibration of both blocks raises both chi-squares, and so looks like scatter in part.
+/// A vibration of both blocks raises all ratios, and so looks like scatter in part.
 #[test]
-fn a_vibration_of_both_blocks_is_found_if_it_is_large() {
-    for (sd, least) in [([3e-4, 2e-3], [0, 30]), ([5e-4, 3e-3], [20, 40]), ([7e-4, 3e-3], [40; 2])]
+fn a_vibration_of_both_blocks_is_not_taken_for_scatter() {
+    for (sd, least) in [([3e-4, 2e-3], [20, 38]), ([5e-4, 3e-3], [36, 40]), ([7e-4, 3e-3], [40; 2])]
     {
         let mut found = [0; 2];
         for seed in 0..40 {
