@@ -93,11 +93,8 @@ pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
 pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
 pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
 
-/// Number of newest samples, and deviations and multiple of the median of all samples that their median must exceed.
-/// Then vibration has begun, and only the newest samples count. The same ratio shows that a mean is stale. Larger
-/// values notice vibration later; smaller ones take a knock for vibration.
-pub(crate) const RECENT_VIBRATION_SAMPLES: usize = 7;
-pub(crate) const RECENT_VIBRATION_DEVIATIONS: f64 = 8.0;
+/// Ratio of mean and median of the samples beyond which the mean is stale. A larger ratio notices a vibration later; a
+/// smaller one makes the variance noisier.
 pub(crate) const VIBRATION_RATIO: f64 = 4.0;
 
 /// Largest vibration (0.4 degrees). A larger limit takes knocks for vibration; a smaller one loses a shaken rig.

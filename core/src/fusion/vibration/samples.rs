@@ -2,14 +2,13 @@
 
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, RECENT_VIBRATION_DEVIATIONS,
-    RECENT_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS, VIBRATION_RAD,
-    VIBRATION_RATIO,
+    MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS,
+    VIBRATION_RAD, VIBRATION_RATIO,
 };
 
 /// Number of samples of the median; `SAMPLES` sizes the arrays.
-pub(super) const SAMPLES: usize = 15;
-pub(super) const RING: u32 = 15;
+pub(super) const SAMPLES: usize = 11;
+pub(super) const RING: u32 = 11;
 
 /// Multiple of the sum of median and standard deviation at which a sample of the mean is clipped.
 const CLIPPED: f64 = 6.0;
@@ -97,19 +96,11 @@ impl<T: Scalar> Samples<T> {
             return T::ZERO;
         }
         let ease = if before > T::ZERO { VIBRATION_HYSTERESIS } else { 1.0 };
-        let scattered = |samples: usize| {
-            let [median, deviation] = self.median(samples);
-            [median - (scatter - T::ONE) * self.deviation * T::lit(MOST_BIAS), deviation * scatter]
-        };
-        let [all, of_all] = scattered(count);
-        let [late, of_late] = scattered(count.min(RECENT_VIBRATION_SAMPLES));
-        let begun = late > T::lit(RECENT_VIBRATION_DEVIATIONS) * of_late
-            && late > T::lit(VIBRATION_RATIO) * all;
-        let (median, deviation) = if begun { (late, of_late) } else { (all, of_all) };
-        let least =
-            (T::lit(VIBRATION_DEVIATIONS) * deviation).max(T::lit(VIBRATION_RAD * VIBRATION_RAD));
-        let told = if begun { late } else { self.mean };
-        if median > least * T::lit(ease) { told.min(most()) } else { T::ZERO }
+        let [median, deviation] = self.median(count);
+        let unbiased = median - (scatter - T::ONE) * self.deviation * T::lit(MOST_BIAS);
+        let least = (T::lit(VIBRATION_DEVIATIONS) * deviation * scatter)
+            .max(T::lit(VIBRATION_RAD * VIBRATION_RAD));
+        if unbiased > least * T::lit(ease) { self.mean.min(most()) } else { T::ZERO }
     }
 }
 
