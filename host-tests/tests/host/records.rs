@@ -12,19 +12,19 @@ use test_support::{is_campaign, runs};
 const RUNS: [u64; 2] = [6, 200];
 const FIRST_SEED: u64 = 60_000;
 
-/// Pairs before the restart, and after.
+/// Number of pairs before the restart, and after it.
 const BEFORE: usize = 60;
 const AFTER: usize = 10;
 
-/// Pairs after the restart at which estimates are compared, and the largest ratio of their errors: for a campaign, and
-/// for the few runs of a test.
+/// Number of pairs after the restart at which the estimates with and without a restart are compared, and the largest
+/// ratios of their RMS errors: in a campaign, and over the few runs of a test.
 const BOUNDS: [(usize, [f64; 2]); 3] = [(1, [1.05, 1.05]), (3, [1.02, 1.05]), (10, [1.01, 1.05])];
 
-/// Largest ratio in any scene.
+/// Largest ratio in any scene, with its [`allowance`].
 const MOST: f64 = 1.05;
 
-/// Larger bounds for scenes in which a restart loses information: few matches near enough to fix `t`, and the samples
-/// of the vibration in flight.
+/// Addition to the bounds for scenes in which a restart loses information: from the few matches near enough to
+/// determine `t`, and from the samples of the vibration in flight.
 fn allowance(kind: ScenarioKind) -> f64 {
     match kind {
         ScenarioKind::Sky => 0.03,
@@ -33,8 +33,9 @@ fn allowance(kind: ScenarioKind) -> f64 {
     }
 }
 
-/// A restart forgets whether a scene repeats the previous one, and how the rig drifts. The error of a drifting rig is
-/// then larger. Over a few runs, the errors at rest and in flight differ by chance.
+/// Whether the errors of a scene are compared. A restart forgets how the rig drifts, so the error of a drifting rig is
+/// larger. A restart also forgets whether a scene repeats the previous one. At rest and in flight, the errors over a
+/// few runs differ by chance.
 fn is_compared(kind: ScenarioKind) -> bool {
     use ScenarioKind::{Creeping, Drift, Flight, Parked, ParkedLandmarks};
     let varies_by_chance = matches!(kind, Parked | ParkedLandmarks | Creeping | Flight);
@@ -45,14 +46,14 @@ type Rig = Box<Calibrator<f32, 512>>;
 
 /// Takes a pair; returns whether the calibrator is locked, and armed.
 fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
-    // A pixel beyond the range of the lens is refused.
+    // A pixel beyond the range of the lens is refused, and left out.
     let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
     let _ = calibrator.apply();
     let armed = calibrator.health().is_ok_and(|health| health.may_arm());
     [calibrator.state() == State::Locked, armed]
 }
 
-/// Errors of `t` and `R`, rad.
+/// Errors of `t` and `R`, rad; `None` without an estimate.
 fn error(calibrator: &Rig, truth: &Extrinsics<f64>) -> Option<[f64; 2]> {
     let found = calibrator.proposal()?.extrinsics;
     let found = Extrinsics::try_new(
@@ -63,14 +64,15 @@ fn error(calibrator: &Rig, truth: &Extrinsics<f64>) -> Option<[f64; 2]> {
     Some([translation, rotation])
 }
 
-/// One run, with a restart and without.
+/// One run, with a restart and without it.
 struct Run {
-    /// Pairs after the restart until locked, and until armed; and until armed without a restart.
+    /// Number of pairs after the restart until locked, until armed, and until armed without a restart.
     until: [usize; 3],
-    /// Squared errors at the pairs of [`BOUNDS`], without a restart and with one.
+    /// Squared errors of `t` and `R`, rad^2, at the pairs of [`BOUNDS`]: without a restart, and with one.
     squared: [[[f64; 2]; 2]; 3],
 }
 
+/// `None` if the run is not locked before the restart.
 fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
     let mut scenario = Scenario::new(kind, BEFORE + AFTER);
     scenario.scene.outliers = scenario.scene.outliers.max(0.1);
@@ -79,7 +81,6 @@ fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
     let mut unbroken = new();
     let mut pairs = scenario.frames(seed).unwrap();
     let before = pairs.by_ref().take(BEFORE).map(|pair| take(&mut unbroken, &pair)).last()?;
-    // A run without an estimate has no state to restore.
     if !before[0] {
         return None;
     }

@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 use crate::thresholds::MAX_NOISE_PX;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills a prior with the estimate, without its pairs. `None` if the sums have no solution.
+    /// Fills a prior with the estimate. `None` if the sums have no solution.
     #[inline(never)]
     pub(in crate::fusion) fn fill_prior(
         &self,
@@ -32,7 +32,7 @@ impl<T: Scalar> Hypothesis<T> {
         Some(())
     }
 
-    /// Fills equations and response as for a rigid rig.
+    /// Fills the equations, and the response to the lens, from the sums as for a rigid rig.
     #[inline(never)]
     fn fill_equations(
         &self,
@@ -46,9 +46,9 @@ impl<T: Scalar> Hypothesis<T> {
         prior.response.set(&sums, &prior.equations.normal.information, context.prior)
     }
 
-    /// Sets equations that have the covariance of the estimate and contain no noise. The equations of the sums are not
-    /// sufficient in these cases: with vibration the pairs have other weights, and with a drift or with image halves
-    /// that disagree the covariance is wider than that of the pairs.
+    /// Sets equations that have the covariance of the estimate and contain no noise of disparities. They replace the
+    /// equations of the sums in three cases: with vibration the pairs have other weights, and with a drift or with
+    /// image halves that disagree the covariance is wider than the sums say.
     #[inline(never)]
     fn widen(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
         let all = self.covariance(context)?.inverse()?;
