@@ -41,7 +41,7 @@ use step::Step;
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct the calibrator in its static cell with
 /// `StaticCell::init_with(|| Calibrator::new(..))`. That needs 11.1 kB less flash than a `const` block (256
-/// correspondences, `f32`), because the start-up code copies the value of a `const` block from flash.
+/// correspondences, `f32`), because the value of a `const` block is stored in flash and copied to the cell.
 ///
 /// # Examples
 ///
@@ -76,11 +76,13 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     /// Cameras that the rays of the batch belong to.
     pub(crate) corrected: Cameras<T>,
     pub(crate) in_use: CorrectedExtrinsics<T>,
+    /// Calibration that the last change replaced, for [`Calibrator::undo`].
     pub(crate) before: Option<CorrectedExtrinsics<T>>,
     pub(crate) generation: u32,
     pub(crate) frozen: bool,
     /// Progress of the pair in the batch.
     step: Step,
+    /// Why the last pair was not fused.
     rejection: Option<Rejection>,
     /// Mistakes in rig file or matcher that pairs have shown.
     causes: Causes,

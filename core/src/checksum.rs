@@ -1,7 +1,7 @@
 //! CRC-32 of IEEE 802.3 (CRC-32/ISO-HDLC): checksum of every record and frame.
 
-/// Contribution of a byte to the register after this byte and 0 to 3 further bytes. The four tables of 1,024 bytes
-/// serve to process a word at a time.
+/// Contribution of a byte to the register after this byte and 0 to 3 further bytes. With the four tables of 1,024 bytes
+/// each, a word is processed at a time.
 static AFTER: [[u32; 256]; 4] = [table(1, 1), table(1, 2), table(1, 3), table(1, 4)];
 
 /// Running checksum.
@@ -78,10 +78,10 @@ fn low(register: u32) -> u8 {
 /// Length of the window of the rolling checksum, bytes: a frame header with its own checksum.
 const ROLLED_BYTES: u32 = 32;
 
-/// Register of [`roll`] over any window that ends with the checksum of the bytes before it.
+/// Register of [`roll`] if the window ends with the correct checksum of the bytes before it.
 pub(crate) const ROLLED_CORRECT: u32 = shifted(shifted(u32::MAX, ROLLED_BYTES - 4) ^ u32::MAX, 4);
 
-/// Contribution of half a byte to the register once its byte has left the window: lower half, then upper half.
+/// Contribution of half a byte to the register when its byte leaves the window: lower half, then upper half.
 static LEAVING: [[u32; 16]; 2] = [table(1, ROLLED_BYTES + 1), table(16, ROLLED_BYTES + 1)];
 
 /// Advances the register of a window of 32 bytes by one byte, and returns it. The initial register is 0, for a window

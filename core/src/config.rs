@@ -34,7 +34,7 @@ pub(crate) enum Method {
     Robust,
 }
 
-/// Parameters of the whole calibrator. Numbers are `f32` for either scalar of the core.
+/// Parameters of the whole calibrator. Numbers are `f32`, whether the core computes in `f32` or `f64`.
 ///
 /// # Examples
 ///
@@ -120,11 +120,11 @@ impl Config {
     }
 
     /// Sets the Huber threshold `c_t` of eq 18, px of row offset. Default 1. The paper preset weights matches by it. In
-    /// both presets a match fits in [`crate::Health`] if its row offset is within three thresholds, or within 4.2 times
-    /// the noise of a coordinate if that is more.
+    /// both presets [`crate::Health`] counts a match as fitting if its row offset is within three thresholds, or within
+    /// 4.2 times the noise of a coordinate if that is more.
     ///
-    /// A larger value trusts more matches and bends to outliers; a smaller one discards the information of good matches
-    /// and slows convergence from a start that is far off.
+    /// A larger value lets outliers bias the result; a smaller one discards the information of good matches and slows
+    /// convergence from a start that is far off.
     ///
     /// # Errors
     /// [`ConfigError::HuberThreshold`] unless the value is finite and above 0.
@@ -141,8 +141,8 @@ impl Config {
     /// evaluation pass. Robust preset: default 24, with the evaluation pass; a search in good data takes 9 to 12
     /// passes, a track takes 4.
     ///
-    /// The robust preset takes up to 9 passes even if the limit is lower: a few for each estimate that the pair is
-    /// compared with. With a limit below 20 it tries no turned baseline before the first lock.
+    /// The robust preset takes up to 9 passes even if the limit is lower: a track, a search of 4 passes and a
+    /// comparison. With a limit below 20 it does not test before the first lock whether a turned baseline fits better.
     ///
     /// The limit bounds the time of a pair. With fewer passes a solve may stop before the optimum; the report says so.
     ///
@@ -214,7 +214,7 @@ impl Config {
 
     /// Sets the standard deviations of the given lens models. Default [`LensPrior::WIDE`]. Robust preset only.
     ///
-    /// A larger value increases the reported deviations with the lens uncertain; a smaller one trusts the lens models
+    /// A larger value increases the reported deviations that include the lens; a smaller one trusts the lens models
     /// more.
     ///
     /// # Errors
@@ -245,8 +245,8 @@ impl Config {
     }
 
     /// Sets the standard deviation of the apparent yaw `a` of the lenses, rad. An apparent yaw `a` shifts rows by
-    /// `a x y` at unit depth. Default 4.6e-3, the RMS of five recordings of two rectified vehicle rigs; eleven
-    /// recordings in all have 1.5e-3. Robust preset with a lens prior only.
+    /// `a x y` at unit depth. Default 4.6e-3, the RMS over five recordings of two rectified vehicle rigs; data sets
+    /// that were calibrated jointly with boards have nearly none. Robust preset with a lens prior only.
     ///
     /// A larger value attributes more of the yaw that rows show to the lens; a smaller one attributes more to the
     /// mount.
@@ -262,8 +262,8 @@ impl Config {
         }
     }
 
-    /// Sets the correction limit, rad. A pair whose `R` or `t` differs from the factory value by a larger angle is not
-    /// fused. Default 0.5.
+    /// Sets the correction limit, rad. A pair is not fused if `R` or `t` of the pair, or of the estimate with the pair,
+    /// differs from the factory value by a larger angle. Default 0.5.
     ///
     /// # Errors
     /// [`ConfigError::MaxCorrection`] unless the value is above 0 and below 1.5.

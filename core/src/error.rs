@@ -10,7 +10,7 @@ use crate::state::State;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Side {
-    /// Left: the origin of the rig, `p_r = R p_l + t`.
+    /// Left: its frame is the frame of the rig, `p_r = R p_l + t`.
     Left,
     /// Right.
     Right,
@@ -77,7 +77,7 @@ pub enum ExtrinsicsError {
     /// `t` is not finite or has no direction.
     #[error("t has no direction")]
     NoDirection,
-    /// `t` is within 6 degrees of an optical axis: such a pair cannot be rectified.
+    /// `t` is within 6 degrees of an optical axis: such a rig cannot be rectified.
     #[error("the baseline lies along an optical axis")]
     AlongOpticalAxis,
 }
@@ -202,12 +202,12 @@ pub enum Rejection {
     /// The batch has fewer usable correspondences than the configuration asks for; nothing is wrong.
     #[error("{usable} usable correspondences, {needed} needed")]
     TooFew {
-        /// Number of correspondences of the batch in front of both cameras.
+        /// Number of correspondences in the batch, without those found behind a camera.
         usable: u32,
         /// Number that the configuration asks for.
         needed: u32,
     },
-    /// No extrinsics bring clearly more matches near their rows than chance: nearly all matches are outliers.
+    /// No extrinsics give clearly more matches small row offsets than chance does: nearly all matches are outliers.
     #[error("the correspondences agree on no extrinsics")]
     NoConsensus,
     /// Under the extrinsics that the matches agree on, the points are behind the cameras: left and right are exchanged,
@@ -224,7 +224,7 @@ pub enum Rejection {
         "disparities run along the columns: u and v exchanged, cameras one above the other, or a wrong t"
     )]
     Columns,
-    /// All disparities are equal to within their noise, or change evenly from left to right: both sides show the same
+    /// All disparities are equal to within their noise, or change linearly from left to right: both sides show the same
     /// image, or the scene is one plane. Such a pair does not show whether the calibration is good.
     #[error("no depth: all disparities alike, such as with the same image on both sides")]
     NoDepth,
@@ -236,7 +236,7 @@ pub enum Rejection {
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
     /// `R` or `t` of the pair, or of the estimate with the pair, is further from the factory values than the correction
-    /// limit. If this error is returned again and again, the factory values are wrong or the mount has moved.
+    /// limit. If this error returns again and again, the factory values are wrong or the mount has moved.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
     /// The estimate with this pair cannot be rectified.
@@ -261,10 +261,11 @@ pub enum ApplyError {
     /// No pair has been fused yet.
     #[error("there is no proposal: no pair has been fused")]
     NoProposal,
-    /// The fused directions cancel, or the fused baseline is outside the range that can be rectified.
+    /// The fused pairs give no valid calibration: their directions cancel (paper preset), the result cannot be
+    /// rectified, its covariance is not valid, or its corrected cameras are out of range.
     #[error("the fused pairs agree on no extrinsics")]
     Inconsistent,
-    /// The estimate is not confirmed, or the last pairs disagree with it.
+    /// The estimate is not [`State::Locked`]: it is not confirmed, or the last pairs disagree with it.
     #[error("the estimate is {0}, not locked")]
     NotLocked(State),
     /// The matches are doubtful: [`crate::Reason::SecondMode`] or [`crate::Reason::Biased`].
@@ -297,7 +298,8 @@ pub enum RestoreError {
     /// The record was learnt with other cameras or from other factory extrinsics.
     #[error("the record is of another rig")]
     OtherRig,
-    /// A number is out of its range although the checksum is right: another program wrote the record.
+    /// A number is out of its range, or numbers do not fit together, although the checksum is right: another program
+    /// wrote the record.
     #[error("a number of the record is out of its range")]
     Absurd,
     /// The record is beyond the correction limit, or it has corrected cameras ([`crate::LensTracking::Compensate`])

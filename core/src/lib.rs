@@ -1,6 +1,6 @@
 //! Tracks the extrinsics of a stereo rig online, from left/right correspondences: `no_std`, no heap, fixed capacity.
 //!
-//! Each stereo pair gives two rectifying rotations from the row offsets of its correspondences, in a bounded number of
+//! The row offsets of the correspondences of a stereo pair give two rectifying rotations, in a bounded number of
 //! passes. An incremental fusion in constant memory combines the pairs. There are two presets: [`Config::robust`] works
 //! with up to half outliers, and [`Config::paper`] is the method as published by H. Zhao, Y. Zhang, Q. Chen, R. Fan,
 //! "Dive Deeper into Rectifying Homography for Stereo Camera Online Self-Calibration". Equation numbers refer to that
@@ -24,10 +24,10 @@
 //!
 //! # Modules
 //!
-//! The root has the names that a firmware needs. [`geometry`] has lens models, rectification and rotations; [`batch`]
-//! has the correspondences that are held; [`outcome`] has parts of the results; [`depth`] has the witnesses of a known
-//! distance and of a motion; [`link`] receives from a matcher; [`store`] writes to flash; `paper` has the published
-//! method.
+//! The root of the crate has the names that a firmware needs. [`geometry`] has lens models, rectification and
+//! rotations; [`batch`] has the correspondences that are held; [`outcome`] has parts of the results; [`depth`] has the
+//! witnesses of a known distance and of a motion; [`link`] receives from a matcher; [`store`] writes to flash; `paper`
+//! has the published method.
 //!
 //! # Example
 //!
@@ -80,7 +80,7 @@
 //! | [`geometry::UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
 //! | [`geometry::ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
 //! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; if there are many, the cameras are wrong. `Busy`: finish or discard the pair. |
-//! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: the cameras or `t` are exchanged, or an image is mirrored. `CorrectionLimit` again and again: check factory values and mounting. `Frozen`: intended. |
+//! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: left and right are exchanged, `t` has the wrong sign, or an image is mirrored. `CorrectionLimit` again and again: check factory values and mounting. `Frozen`: intended. |
 //! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; the error names the likeliest mistake, if pairs show one. |
 //! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`geometry::RectifyError`] | [`Calibration::homographies`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
@@ -139,8 +139,8 @@
 //! | factory | Calibration that the rig left production with, or a guess: start, prior, and centre of the correction limit. |
 //! | in use | Calibration that the caller rectifies with; [`Calibrator::apply`] changes it, and then its generation number. |
 //! | proposal | The estimate over all fused pairs, which `apply` puts into use. |
-//! | challenger | An estimate of the pairs that disagree with the reported one; three pairs that show another rig promote it. |
-//! | repeated scene | A pair with the matches of the pair before it: the vehicle is at rest. Such a pair adds nothing. |
+//! | challenger | A second estimate, from pairs that disagree with the reported one. If three pairs show another rig, it replaces the reported one. |
+//! | repeated scene | A pair with the matches of the pair fused before it: the vehicle is at rest. Such a pair adds nothing. |
 //! | witness | A measurement of the yaw of the mount alone: a known distance, or tracked matches of a rig that moves. |
 
 #![no_std]

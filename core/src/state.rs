@@ -11,7 +11,8 @@ pub enum State {
     /// The last pair agrees with the estimate, and `R` is certain. `t` may still be the start value:
     /// [`crate::Proposal::baseline_observed`].
     Locked,
-    /// The last pairs disagree with the estimate, or a challenger gathers pairs.
+    /// The last pairs disagree with the estimate, a challenger gathers pairs, or no pair has supported a restored
+    /// estimate yet.
     Suspect,
     /// Ten pairs in a row disagree with the estimate, and no three of them agree with each other.
     Lost,
@@ -32,10 +33,11 @@ texts! {
 pub enum Stop {
     /// The step fell below the tolerance, or below the resolution of the scalar at the optimum.
     Converged,
-    /// No step lowers the cost: this is the optimum within the resolution of the scalar.
+    /// No step lowers the cost, so this is the optimum within the resolution of the scalar; or the normal equations
+    /// have no solution (robust preset).
     NoDescent,
-    /// All passes were taken. This is normal for a pair tracked from a locked estimate; a search that stops this way
-    /// has not converged. The estimate is the best pose reached.
+    /// All passes were taken. This is normal for a pair that was tracked from an estimate. A search that stops this way
+    /// has not converged; its result is the best pose reached.
     PassesSpent,
 }
 

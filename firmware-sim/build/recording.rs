@@ -1,5 +1,5 @@
 //! Generates the frames of a data set as bytes, and its cameras and extrinsics as constants. The tests in
-//! `tests/recording.rs` compare them with the simulated matcher.
+//! `tests/firmware/recording.rs` compare them with the simulated matcher.
 
 use std::ffi::OsStr;
 use std::fmt::Write;

@@ -30,7 +30,7 @@ use static_cell::StaticCell;
 use stereo_selfcal::Calibration;
 use stereo_selfcal::link::FpgaMatcher;
 
-/// Size of the queue, bytes: two of the longest frames.
+/// Size of the queue, bytes: more than two of the longest frames of the recording.
 const QUEUE_BYTES: usize = 16_384;
 
 /// Bytes per interrupt.
@@ -39,10 +39,10 @@ const CHUNK: usize = 64;
 /// Ticks of the timer per interrupt: 20 us, 3.2 MB/s.
 const PERIOD: u32 = Timer::HZ / 50_000;
 
-/// From the interrupt to the driver.
+/// Bytes on their way from the interrupt to the driver.
 static QUEUE: Pipe<CriticalSectionRawMutex, QUEUE_BYTES> = Pipe::new();
 
-/// Set with each chunk, as the edge of a data-ready line.
+/// Signalled with each chunk, in place of an edge of the data-ready line.
 static READY: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
 /// Whether a pair is being solved, and the number of turns of the other task meanwhile.
@@ -148,7 +148,7 @@ async fn calibrate(controller: &'static mut Controller) {
     exit(applied.is_ok() && turns > 0)
 }
 
-/// Stands for the rectifier of the board: at start with the calibration in use, then with each that is applied.
+/// Stands for the board's rectifier, which loads the calibration in use at the start and each one that is applied.
 fn load_rectifier(calibration: &Calibration<f32>) {
     info!("rectifier: generation {}, {}", calibration.generation, calibration.extrinsics);
 }

@@ -17,7 +17,7 @@ use embedded_hal::spi::{self, Operation, SpiDevice};
 use heapless::spsc::{Consumer, Producer};
 use panic_probe as _;
 
-/// Size of the queue, bytes: two of the longest frames.
+/// Size of the queue, bytes: more than two of the longest frames of the recording.
 const QUEUE_BYTES: usize = 16_384;
 
 /// The driver's end of the queue, as a bus. Data-ready is high while bytes wait.
@@ -119,7 +119,7 @@ mod firmware {
         (Shared {}, Local { receiver, inbox, controller })
     }
 
-    /// Stands for the rectifier of the board: at start with the calibration in use, then with each that is applied.
+    /// Stands for the board's rectifier, which loads the calibration in use at the start and each one that is applied.
     fn load_rectifier(calibration: &Calibration<f32>) {
         info!("rectifier: generation {}, {}", calibration.generation, calibration.extrinsics);
     }

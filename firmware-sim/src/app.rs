@@ -64,7 +64,8 @@ enum Stage {
 
 /// Matcher and calibrator. The firmware calls [`App::poll`] in its main loop.
 ///
-/// It estimates and reports. Only [`App::apply`] changes the extrinsics in use, unless it is [`App::applying`].
+/// The application estimates and reports. Only [`App::apply`] changes the extrinsics in use, unless
+/// [`App::applying`] lets it apply each locked estimate.
 ///
 /// * `N`: capacity of the batch, which selects `N` correspondences of a longer frame.
 #[derive(Debug)]
@@ -81,15 +82,15 @@ pub struct App<'a, SPI, RDY, const N: usize> {
 impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// An application that waits for its first frame.
     ///
-    /// * `calibrator`: Borrowed, so that it can be a static.
+    /// * `calibrator`: borrowed, so that it can be a static.
     pub fn new(matcher: FpgaMatcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
         calibrator.discard_pair();
         let state = calibrator.state();
         Self { matcher, calibrator, tracks: None, stage: Stage::Waiting, applies: false, state }
     }
 
-    /// Joins the matches that the matcher sends with a track, and passes them on in the call that ends a pair: a measurement
-    /// of the yaw while the rig moves. See [`Calibrator::push_witness`] for its work.
+    /// Joins matches of two frames that have the same track, and passes them to [`Calibrator::push_witness`] in the
+    /// call that ends a pair. They measure the yaw while the rig moves.
     #[must_use]
     pub fn tracking(self, tracks: &'a mut Tracks<f32, N>) -> Self {
         Self { tracks: Some(tracks), ..self }
@@ -150,7 +151,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         let tracks = self.tracks.as_deref_mut().filter(|tracks| !tracks.quads().is_empty());
         let motion = tracks.map(|tracks| self.calibrator.push_witness(tracks));
         if self.applies {
-            // An estimate that is not locked, or doubted, is not applied; the health says so.
+            // Refused if the estimate is not locked or is in doubt; the health has the reason.
             let _ = self.calibrator.apply();
         }
         let outcome = pair.map(|report| (report, fused)).ok_or(fused.err());
@@ -325,7 +326,7 @@ mod tests {
     fn a_bus_error_drops_the_frame_and_the_next_one_is_received() {
         let mut calibrator = calibrator();
         let frames = [1, 2].map(|sequence| frame(sequence, 0..60));
-        // The third of five reads.
+        // The third of five reads fails.
         let wire = wire(frames.concat());
         wire.fail_after(2);
         let mut app = App::new(FpgaMatcher::new(wire.clone(), wire), &mut calibrator);

@@ -1,6 +1,6 @@
 //! The calibrator of this controller: `f32`, capacity and preset.
 //!
-//! Concrete types: a library build for the target compiles the core's `f32` code.
+//! The types are concrete, so that a library build for the target compiles the core's `f32` code.
 
 use stereo_selfcal::{
     Calibrator, Cameras, Config, FactoryCalibration, Fused, Outcome, PairReport, Rejection,
@@ -9,7 +9,7 @@ use stereo_selfcal::{
 /// Correspondences per pair that fit the batch.
 pub const CAPACITY: usize = 512;
 
-/// The controller's calibrator. RAM: 23 bytes per correspondence and 5.8 kB.
+/// The controller's calibrator. RAM: 23 bytes per correspondence, and 5.2 kB.
 pub type Controller = Calibrator<f32, CAPACITY>;
 
 /// A controller with these cameras, at the factory extrinsics `R = I`, `t = (-1, 0, 0)`.

@@ -15,7 +15,7 @@ use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::store::{SavePolicy, Store};
 use stereo_selfcal::{Cameras, Config, Extrinsics, FactoryCalibration};
 
-/// Bounds on the errors of `t` and `R`, rad: three times the errors of the host's replay.
+/// Bounds on the errors of `t` and `R`, rad: about three times the errors of the host's replay.
 const BOUND: Deviation<f32> = Deviation { translation: 0.005, rotation: 0.002 };
 
 /// Number of pairs before the loss of power.
@@ -54,7 +54,7 @@ fn main() -> ! {
     let first = if resumed {
         let pairs = controller.proposal().map_or(0, |p| p.pairs);
         info!("power is back: {} pairs from flash, {}", pairs, controller.state());
-        // The matcher sent these frames meanwhile.
+        // The matcher sent these frames before the loss of power.
         bus.skip_frames(PAIRS_BEFORE_RESET);
         PAIRS_BEFORE_RESET
     } else {
@@ -106,7 +106,7 @@ fn store() -> Option<Store<NorFlash, f32>> {
     Store::open(NorFlash::take()?, 0..middle, middle..NorFlash::SIZE, policy).ok()
 }
 
-/// The factory calibration, which the first start saves instead of the production line: a guess.
+/// The factory calibration in flash. In place of the production line, the first start saves a guess.
 fn factory(
     store: &mut Store<NorFlash, f32>,
     cameras: Cameras<f32>,

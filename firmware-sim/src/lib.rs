@@ -2,7 +2,8 @@
 //!
 //! [`App`] is the application loop over the core's driver of the matcher ([`stereo_selfcal::link`]) and the
 //! calibrator. It needs no heap and no clock. Each call takes at most one read of 256 bytes, or two passes
-//! over one batch: the last call of a pair evaluates the pair and both calibrations. Scalar: `f32`.
+//! over one batch: the last call of a pair evaluates the pair and both calibrations. With [`App::tracking`] that
+//! call also reads the tracks. Scalar: `f32`.
 //!
 //! The matcher is simulated by [`recording`], frames in flash, or by [`pil`], a host at the other end of a
 //! serial line. The module `board` drives the emulated board; it exists on the controller only.

@@ -12,7 +12,8 @@ use stereo_selfcal::geometry::metrics::Deviation;
 
 use crate::data::Rays;
 
-/// A pose moved by the five unknowns: turn of `R` and turn of `t`, both in the right camera frame.
+/// A pose, which moves by five unknowns in the right camera frame, rad: a rotation of `R` about x, y, z, then a turn of
+/// the unit `t` in two directions across it.
 #[derive(Debug, Clone, Copy)]
 struct Pose {
     rotation: Rotation3<f64>,
@@ -22,7 +23,7 @@ struct Pose {
 impl Pose {
     fn moved(&self, d: &Vector5<f64>) -> Self {
         let rotation = Rotation3::new(Vector3::new(d[0], d[1], d[2])) * self.rotation;
-        // Two directions across t.
+        // Two perpendicular directions across t.
         let across = self.translation.cross(&Vector3::z()).normalize();
         let other = self.translation.cross(&across);
         let translation = (self.translation + across * d[3] + other * d[4]).normalize();
@@ -43,13 +44,15 @@ impl From<&Extrinsics<f64>> for Pose {
     }
 }
 
+/// Epipolar constraint of a correspondence over its standard deviation, for noise of standard deviation 1 at unit
+/// depth.
 fn whitened(e: &Matrix3<f64>, [p_l, p_r]: &Rays) -> f64 {
     let (in_right, in_left) = (e * p_l, e.tr_mul(p_r));
     let gradient = in_right.xy().norm_squared() + in_left.xy().norm_squared();
     p_r.dot(&in_right) / gradient.sqrt()
 }
 
-/// `sum J J^T` and `sum J r` of the whitened residual, unit noise at unit depth.
+/// `sum J J^T` and `sum J r` of the whitened residuals `r`, for noise of standard deviation 1 at unit depth.
 fn normal_equations<'a>(
     pose: &Pose,
     rays: impl Iterator<Item = &'a Rays>,
@@ -70,13 +73,13 @@ fn normal_equations<'a>(
     (h, g)
 }
 
-/// Cramer-Rao bound: least possible RMS of `e_t` and `e_theta` of an unbiased estimate, rad.
+/// Cramer-Rao bound: least possible RMS error of `t` and of `R` of an unbiased estimate, rad.
 ///
 /// * `rays`: the noise-free rays of the true inliers.
-/// * `noise`: standard deviation of a coordinate, unit depth (px over the focal length).
+/// * `noise`: standard deviation of a coordinate at unit depth: px over the focal length.
 ///
 /// # Panics
-/// If the scene leaves a direction free.
+/// If the rays do not determine all five unknowns.
 pub fn cramer_rao<'a>(
     truth: &Extrinsics<f64>,
     rays: impl Iterator<Item = &'a Rays>,
@@ -91,16 +94,16 @@ pub fn cramer_rao<'a>(
     }
 }
 
-/// Maximum-likelihood extrinsics of all given correspondences, by Gauss-Newton from the truth.
+/// Maximum-likelihood extrinsics of all given correspondences, by four Gauss-Newton steps from the truth.
 ///
 /// # Panics
-/// If the scene leaves a direction free.
+/// If the rays do not determine all five unknowns.
 #[must_use]
 pub fn joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Extrinsics<f64> {
     try_joint_fit(truth, rays).expect("the scene determines all directions")
 }
 
-/// The same; `None` if the scene leaves a direction free, or so nearly free that the fit diverges.
+/// As [`joint_fit`]; `None` if the rays do not determine all five unknowns, or so poorly that the fit diverges.
 #[must_use]
 pub fn try_joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Option<Extrinsics<f64>> {
     let mut pose = Pose::from(truth);

@@ -1,8 +1,9 @@
-//! Means and order statistics, with one definition for all tables, pictures and tests.
+//! Means and order statistics for tables, pictures and tests.
 
 use stereo_selfcal::geometry::metrics::Deviation;
 
-/// Quantile of some numbers, linear between neighbours (Hyndman and Fan, type 7); `None` without a number.
+/// Quantile of some numbers, interpolated linearly between neighbours (Hyndman and Fan, type 7); `None` without a
+/// number.
 ///
 /// * `share`: 0 is the least number, 0.5 the median, 1 the largest.
 #[must_use]
@@ -16,7 +17,7 @@ pub fn quantile(numbers: impl IntoIterator<Item = f64>, share: f64) -> Option<f6
     while let Some(&[below, above]) = neighbours.next() {
         if place < at + 1.0 {
             let part = place - at;
-            // `part` times an infinite step is NaN for `part` 0.
+            // 0 times an infinite step is NaN, so a `part` of 0 is a case of its own.
             return Some(if part > 0.0 { below + part * (above - below) } else { below });
         }
         at += 1.0;
@@ -82,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn means_are_of_the_numbers_their_squares_and_their_logarithms() {
+    fn means_are_arithmetic_quadratic_and_geometric() {
         assert_eq!(mean([1.0, 2.0, 6.0]), Some(3.0));
         assert_eq!(rms([1.0, -7.0]), Some(5.0));
         assert!((geometric_mean([0.5, 8.0]).unwrap() - 2.0).abs() < 1e-12);

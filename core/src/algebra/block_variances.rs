@@ -84,7 +84,7 @@ impl<T: Scalar> BlockVariances<T> {
         covariance.add(&Symmetric5::of_diagonal(self.diagonal()));
     }
 
-    /// Returns `L Q L`: the covariance of the gradient of a pair beyond its information `L`.
+    /// Returns `L Q L`: the covariance that the random effect adds to the gradient of a pair with the information `L`.
     pub(crate) fn scatter_of_gradient(&self, information: &Information<T>) -> Information<T> {
         let mut scatter = Information::ZERO;
         let mut unit = Vector5::zeros();
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn the_gradient_scatters_by_the_effect_on_both_sides() {
+    fn the_scatter_of_the_gradient_is_the_variance_times_the_information_on_both_sides() {
         let information = equations().information;
         let l = information.0.matrix();
         let q = nalgebra::Matrix5::from_diagonal(&Q.diagonal().into());

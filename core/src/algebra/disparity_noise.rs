@@ -18,8 +18,8 @@ use crate::thresholds::{ALIKE_DISPARITIES, DISPARITY_NOISE_MARGIN};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BaselineNoise<T>(pub(crate) [T; 3]);
 
-/// Normal equations about a pose, and the noise in them. They can be added and shifted by a step; the noise is
-/// subtracted last.
+/// Normal equations about a pose, and the noise in them. They can be added, and moved to another pose by a step
+/// ([`Self::about`]). [`Self::debiased`] removes the noise, after these operations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BiasedEquations<T> {
     pub(crate) normal: NormalEquations<T>,
@@ -76,8 +76,8 @@ impl<T: Scalar> Moments<T> {
         !(all * determinant - explained >= T::lit(ALIKE_DISPARITIES) * noise * determinant)
     }
 
-    /// Returns the symmetric noise tensor in the frame of the sums. Its first column contains the offset of the
-    /// gradient.
+    /// Returns the symmetric noise tensor in the frame of the sums. Its first column contains the baseline part of the
+    /// gradient's offset.
     fn noise_tensor(&self) -> Matrix3<T> {
         let ([xx, yy, zy, zz], [.., by_forward, by_down]) = (self.noise, self.slope);
         let (xy, xz) = (-by_down, by_forward);
@@ -222,8 +222,8 @@ impl<T: Scalar> BiasedEquations<T> {
     }
 }
 
-/// Two functions of a symmetric 2 x 2 matrix with eigenvalues `l`, as matrices: the gains `1 - l`, limited to 0 to 1,
-/// and the squared gains.
+/// Two functions of a symmetric 2 x 2 matrix with eigenvalues `l`: the gains `1 - l`, limited to 0 to 1, and the
+/// squared gains. Each is a symmetric matrix with the elements 11, 21, 22.
 struct Gain<T> {
     once: [T; 3],
     twice: [T; 3],

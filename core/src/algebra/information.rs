@@ -144,7 +144,7 @@ pub(crate) fn largest_direction<T: Scalar>(covariance: &Symmetric5<T>) -> (T, Ve
 }
 
 /// Returns the largest eigenvalue of a positive definite map and its unit eigenvector, by a fixed number of power
-/// iterations. The start vector is not an eigenvector in usual scenes.
+/// iterations. In usual scenes the start vector is not orthogonal to this eigenvector.
 #[inline(never)]
 fn dominant<T: Scalar>(map: &dyn Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T>) {
     let start = Vector5::new(1.0, -0.9, 0.8, 1.1, -1.2).map(T::lit);

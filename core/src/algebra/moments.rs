@@ -47,7 +47,7 @@ pub(crate) struct Moments<T> {
     /// derivative of the residual's variance.
     pub(super) slope: [T; 5],
     /// Noise tensor: weighted covariance of `a x b` caused by noise alone, elements xx, yy, zy, zz. Its other elements
-    /// are the baseline part of `slope`. Set by `disparity_noise`.
+    /// are the baseline part of `slope`. [`Self::set_noise`] sets it.
     pub(super) noise: [T; 4],
 }
 
@@ -56,7 +56,8 @@ impl<T: Scalar> Moments<T> {
     pub(crate) const ZERO: Self =
         Self { products: [T::ZERO; TRIANGLE], slope: [T::ZERO; 5], noise: [T::ZERO; 4] };
 
-    /// Sets the gradient at the pose of the frame, 1/rad. It includes the derivative of the variance.
+    /// Sets the offset so that the gradient at the pose of the frame equals `gradient`, 1/rad, which includes the
+    /// derivative of the variance.
     pub(crate) fn set_gradient(&mut self, gradient: &Vector5<T>) {
         self.slope = [T::ZERO; 5];
         self.slope = (self.at_frame().gradient - gradient).into();

@@ -94,14 +94,16 @@ impl<T: Scalar> NormalEquations<T> {
         alone
     }
 
-    /// Returns the model with a prior at the pose that has the same information on each unknown, 1/rad^2.
+    /// Returns the model with a prior whose optimum is the pose. The prior has the same information on each unknown.
+    ///
+    /// * `prior`: information on each unknown, 1/rad^2.
     pub(crate) fn with_prior(&self, prior: T) -> Self {
         let mut joint = *self;
         joint.information.0.add_diagonal(prior);
         joint
     }
 
-    /// Returns the model with a prior at the pose.
+    /// Returns the model with a prior whose optimum is the pose.
     pub(crate) fn with(&self, prior: &Information<T>) -> Self {
         let mut joint = *self;
         joint.information.add(prior);

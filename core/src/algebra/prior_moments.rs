@@ -21,7 +21,7 @@ use crate::scalar::Scalar;
 /// Coordinates whose columns are free: `xx`, `yy`, `yz`, and the derivatives with respect to the lens.
 const FREE: [usize; 6] = [3, 4, 8, 9, 10, 11];
 
-/// Largest magnitude of an element, rad. At this value, a lens error of 1e-3 moves the estimate by 1 rad.
+/// Largest magnitude of an element of a response, rad. At this value, a lens error of 1e-3 moves the estimate by 1 rad.
 pub(crate) const MAX_RESPONSE: f32 = 1e3;
 
 /// Largest ratio of a sum of a prior to the sum of the weights. The sums cancel to the order of the weights, and at

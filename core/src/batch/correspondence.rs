@@ -13,7 +13,7 @@ use crate::thresholds::MAX_TANGENT;
 const FULL_SCORE: u16 = (1 << SCORE_BITS) - 1;
 const SCORE_BITS: u16 = 10;
 
-/// Resolution of [`RayPair::grid_step`], steps per px. `MAX_GRID_STEP_PX` is its largest value, px.
+/// Resolution of [`RayPair::grid_step`], steps per px. `MAX_GRID_STEP_PX` is the largest grid step, px.
 const STEPS_PER_PX: f64 = 256.0;
 const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
 
@@ -178,8 +178,8 @@ impl<T: Scalar> Cameras<T> {
         if is_usual { Ok(()) } else { self.check_each(c) }
     }
 
-    /// Checks like [`Self::check`], and returns the reason for a refusal. Also accepts pixels up to one pixel left of,
-    /// or above, the centre of the first pixel.
+    /// Checks each value, and returns the reason for a refusal. It also accepts the rare valid values that the
+    /// comparison of bits in [`Self::check`] does not: -0, and pixel coordinates from -1 to 0.
     #[cold]
     #[inline(never)]
     fn check_each(&self, c: &Correspondence<T>) -> Result<(), PushError> {

@@ -30,7 +30,7 @@ impl Cell {
         Self::from_bits(along(v, height, ROWS) * COLUMNS + along(u, width, COLUMNS))
     }
 
-    /// Returns the index of the cell, which is below 64.
+    /// Returns the index of the cell, which fits in 6 bits.
     pub(crate) fn bits(self) -> u16 {
         self.0.into()
     }
@@ -91,8 +91,8 @@ impl CellSet {
         self.is_within([COLUMNS / 2, ROWS / 2])
     }
 
-    /// Returns whether all cells of the set are within the upper left square whose side is the shorter side of the
-    /// image. False if no whole cell lies outside this square.
+    /// Returns whether all cells of the set are within, or at the border of, the upper left square whose side is the
+    /// shorter side of the image. False if the grid has no cell beyond these cells, as for a square image.
     ///
     /// * `size`: `[width, height]`, px.
     pub(crate) fn is_of_the_square(self, size: [u16; 2]) -> bool {

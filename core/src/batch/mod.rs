@@ -206,7 +206,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.arriving = false;
     }
 
-    /// Returns whether the length is within the capacity.
+    /// Returns whether the number of correspondences is within the capacity; a memory fault may break this.
     pub(crate) fn is_within(&self) -> bool {
         self.pairs.len() <= N
     }
@@ -251,7 +251,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.shift.spread()
     }
 
-    /// Returns whether most matches have the same displacement between the images.
+    /// Returns whether a large part of the valid matches has the same displacement between the images: its excess in
+    /// the vote ([`Shift::excess`]) is above a quarter of them. This holds if more than 5/8 have the same displacement.
     pub(crate) fn is_moved_alike(&self) -> bool {
         let taken = self.offered().saturating_sub(self.refused);
         self.shift.excess > taken / 4

@@ -11,8 +11,8 @@ pub(crate) const DIFFERENCE_VARIANCE: f64 = 2.0;
 /// Returns the row offset `e_i = v_l - v_r` of eq 11 between the rectified rays, at unit depth, dimensionless. Its
 /// product with the focal length in px is the row offset in px.
 ///
-/// `None` if a rectified depth is below 0.05: the ray is behind the rectified plane or parallel to it. Cost: one
-/// division.
+/// `None` if a rectified depth is below 0.05: the ray points backwards or almost sideways in the rectified frame. Cost:
+/// one division.
 pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<T> {
     let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
     let [y_l, y_r] = [
@@ -55,7 +55,7 @@ mod tests {
     use crate::geometry::rectification::tests::pose;
 
     #[test]
-    fn a_ray_behind_the_rectified_plane_has_no_row() {
+    fn a_ray_that_points_backwards_in_the_rectified_frame_has_no_row() {
         let turned = pose([0.0, 0.9, 0.0], [0.0, 0.0]);
         let row = |x| row_offset(&turned, &RayPair::try_new([x, 0.0], [0.0, 0.0]).unwrap());
         assert!(row(-2.0).is_some() != row(2.0).is_some(), "{:?} {:?}", row(-2.0), row(2.0));

@@ -96,7 +96,7 @@ pub(super) struct Selection<const N: usize> {
     /// Largest of the counts; `fullest` holds the cells with that count.
     most: u16,
     fullest: CellSet,
-    /// The cell with the lowest member among the fullest cells; `None` while not known.
+    /// The cell whose lowest member has the lowest priority among the fullest cells; `None` while not known.
     fullest_with_lowest: Option<Cell>,
 }
 
@@ -105,7 +105,7 @@ pub(super) struct Selection<const N: usize> {
 pub(super) struct Eviction {
     cell: Cell,
     member: Member,
-    /// Whether the cell of the new correspondence is among the fullest, if the new one is counted.
+    /// Whether the cell of the new correspondence is among the fullest cells, if the new one is counted in it.
     new_is_candidate: bool,
 }
 
@@ -144,7 +144,7 @@ impl<const N: usize> Selection<N> {
     }
 
     /// Returns the member that a new correspondence may replace ([`Eviction::is_replaced_by`]): the member with the
-    /// lowest priority in the fullest cells, where the new correspondence counts in its cell.
+    /// lowest priority in the fullest cells. The new correspondence is counted in its cell.
     ///
     /// * `new`: cell of the new correspondence.
     /// * `pairs`: correspondences of the full batch.
@@ -187,13 +187,13 @@ impl<const N: usize> Selection<N> {
             self.raise(cell);
             self.lower(old.cell);
         }
-        // The lowest member of the old cell has been removed.
+        // The lowest member of the old cell has been removed, so another cell may now have the lowest member.
         if self.fullest_with_lowest == Some(old.cell) {
             self.fullest_with_lowest = None;
         }
     }
 
-    /// Returns the cell with the lowest member among the fullest cells.
+    /// Returns the cell whose lowest member has the lowest priority among the fullest cells.
     fn fullest_with_lowest<T: Scalar>(&mut self, pairs: &[RayPair<T>]) -> Cell {
         if let Some(cell) = self.fullest_with_lowest {
             return cell;

@@ -14,9 +14,10 @@ pub(super) struct Shift<T> {
     /// Number of matches with this displacement minus number of other matches, since this displacement became the
     /// candidate.
     pub(super) excess: u32,
-    /// Displacement of the last match that agreed, minus the candidate, px.
+    /// Displacement of the last match that agreed with the candidate within [`ALIKE_PX`], minus the candidate, px.
     last: [T; 2],
-    /// Sum and number of the scores ([`score`]) of the changes of displacement between successive matches that agreed.
+    /// Sum and number of the scores ([`score`]) of the changes of displacement between successive matches that agreed
+    /// with the candidate.
     scores: [T; 2],
 }
 
@@ -42,7 +43,7 @@ impl<T: Scalar> Shift<T> {
         }
     }
 
-    /// Returns the sum and the number of the scores of the matches that agreed.
+    /// Returns the sum and the number of the scores ([`score`]) of the matches that agreed with the candidate.
     pub(super) fn spread(&self) -> [T; 2] {
         self.scores
     }

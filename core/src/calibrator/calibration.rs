@@ -1,4 +1,4 @@
-//! Calibrations (extrinsics with the cameras that they belong to), and the correction of the cameras.
+//! Calibrations, which are extrinsics with the cameras that they belong to, and the correction of the cameras.
 
 use core::fmt;
 
@@ -19,7 +19,8 @@ use crate::scalar::Scalar;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
 pub struct Calibration<T: Scalar> {
-    /// The cameras as given; with [`crate::LensTracking::Compensate`] they may be corrected.
+    /// The cameras of the factory calibration. With [`crate::LensTracking::Compensate`] the right camera may be
+    /// corrected.
     pub cameras: Cameras<T>,
     /// `p_r = R p_l + t`.
     pub extrinsics: Extrinsics<T>,

@@ -22,14 +22,14 @@ use crate::state::State;
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub(crate) enum Estimator<T: Scalar> {
-    /// Mean directions of Huber estimates.
+    /// State of the published method.
     #[cfg(feature = "paper")]
     Paper(Paper<T>),
-    /// Hypotheses over M-estimates.
+    /// State of the robust method.
     Robust(Fusion<T>),
 }
 
-/// Calls the same method of either state.
+/// Evaluates the same expression on the state of either method.
 macro_rules! dispatch {
     ($estimator:expr, $state:ident => $call:expr) => {
         match $estimator {
@@ -170,7 +170,7 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.fuse(context))
     }
 
-    /// Returns whether the last pair showed the same scene as the pair before it.
+    /// Returns whether the last pair showed the same scene as the pair fused before it.
     pub(crate) fn is_repeated(&self) -> bool {
         match self {
             #[cfg(feature = "paper")]
@@ -237,7 +237,8 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.state())
     }
 
-    /// Returns the estimate that a record keeps; `None` without an estimate and in the paper preset.
+    /// Returns the position of the estimate, which decides whether a record is due. `None` without a confirmed estimate
+    /// and in the paper preset.
     pub(crate) fn place(&self, context: &Context<'_, T>) -> Option<Place<T>> {
         match self {
             #[cfg(feature = "paper")]
@@ -246,7 +247,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Fills in the prior that a record keeps; does nothing in the paper preset.
+    /// Fills the content of a record, apart from the lens; does nothing in the paper preset.
     pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
         match self {
             #[cfg(feature = "paper")]
@@ -264,7 +265,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Starts from the prior of a record. `None` if its parts do not fit together.
+    /// Starts from the content of a record. `None` if its parts do not fit together.
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
         match self {
             #[cfg(feature = "paper")]

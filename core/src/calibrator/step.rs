@@ -22,10 +22,10 @@ pub(super) enum Step {
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
-    /// Takes one step of the pair; returns the outcome once the pair has ended. The first step begins with the matches
-    /// pushed so far, each further step takes one pass, and the last step fuses the result. If
-    /// [`crate::Config::with_max_passes`] allows nine passes or more, a pair takes at most three steps more than this
-    /// limit.
+    /// Takes one step of the pair; returns the outcome once the pair has ended. The first step begins the pair with the
+    /// matches pushed so far and takes its first pass. Each further step takes one pass, and the last step fuses the
+    /// result. If [`crate::Config::with_max_passes`] allows nine passes or more, a pair takes at most three steps more
+    /// than this limit.
     ///
     /// The calibration in use never changes. A rejected pair does not change the extrinsics of a confirmed estimate.
     /// After [`Rejection::Disagrees`] the standard deviations of the estimate may be larger, because the pair may show

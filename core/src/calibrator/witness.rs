@@ -24,7 +24,7 @@ mod sealed {
     use super::{Calibrator, Debug, Scalar, Witnessed};
 
     pub trait Witness<T: Scalar> {
-        /// Why the measurement was not taken.
+        /// Why the measurement is refused.
         type Error: Debug;
 
         fn add_to<const N: usize>(
@@ -38,9 +38,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Adds a witness of the mount yaw. Call it after the end of the pair that shows the measurement, and before the
     /// next pair.
     ///
-    /// * `&RangeReading`: a point of known distance. Its own match ([`RangeReading::right`]) gives the yaw. Without
-    ///   one, the nearest match within 3 px in the left image gives it. The match must fit the estimate. Five readings
-    ///   with an error of 1 %, or ten with an error of 3 %, are enough. Takes at most one pass over the batch.
+    /// * `&RangeReading`: a point of known distance. Its own match ([`RangeReading::right`]) gives the yaw. Without a
+    ///   match of its own, the nearest match of the last pair within 3 px in the left image gives it. The match must
+    ///   fit the estimate. Five readings with an error of 1 %, or ten with an error of 3 %, are enough. Takes at most
+    ///   one pass over the batch.
     /// * `&[[RayPair; 2]]`: matches that were tracked from an earlier pair to the last pair while the rig moved. Each
     ///   has the rays of both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by
     ///   several baseline lengths (2 to 6 m for a vehicle). Up to 256 matches are read, 17 times each.
@@ -48,10 +49,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///   ([`Tracks::quads`]). Each frame is joined to the same earlier frame until the rig has moved far enough for a
     ///   measurement. Then the last frame becomes the earlier frame.
     ///
-    /// A witness that contradicts the present yaw waits ([`Witnessed::Waiting`]). The present yaw is replaced once more
-    /// contradicting witnesses in a row agree with each other than support it: at least two, at most four.
-    /// [`crate::Health::contradicting_ranges`] and [`crate::Health::contradicting_motions`] count the witnesses that
-    /// wait and the witnesses that are refused.
+    /// A witness that contradicts the present yaw waits ([`Witnessed::Waiting`]). The present yaw is replaced once
+    /// enough contradicting witnesses in a row agree with each other: more than support the present yaw, which takes
+    /// two to four. [`crate::Health::contradicting_ranges`] and [`crate::Health::contradicting_motions`] count the
+    /// witnesses that wait and the witnesses that are refused.
     ///
     /// # Errors
     /// [`RangeError`] or [`MotionError`]; the estimate is unchanged. With [`Tracks`], [`MotionError::NoMotion`] and
@@ -110,7 +111,7 @@ impl<T: Scalar> sealed::Witness<T> for &RangeReading<T> {
         if !self.is_valid() {
             return Err(RangeError::Reading);
         }
-        // The rays of the batch, and so the pose, belong to the corrected cameras.
+        // The rays of the batch belong to the corrected cameras, and so does the pose that was solved from them.
         let cameras = &to.corrected;
         let ray = cameras.left.ray(self.pixel).map_err(RangeError::Pixel)?;
         let right = self.right.map(|pixel| cameras.right.ray(pixel));

@@ -1,4 +1,4 @@
-//! Configuration and rig, as every call reads them.
+//! Configuration and rig, which each call of the estimator reads.
 
 use super::Config;
 use crate::algebra::block_variances::BlockVariances;
@@ -46,7 +46,7 @@ impl<'a, T: Scalar> Context<'a, T> {
         Self { vibration, ..self }
     }
 
-    /// Returns the standard deviations of the lens parameters, in the order of the lens terms.
+    /// Returns the standard deviations of the lens parameters, in the order of [`crate::algebra::lens_terms`].
     pub(crate) fn lens_prior(&self) -> [T; LENS_PARAMETERS] {
         self.config.lens_prior.of_terms(self.focal)
     }
@@ -60,7 +60,7 @@ impl<'a, T: Scalar> Context<'a, T> {
     pub(crate) fn yaw_variances(&self) -> (Option<T>, T) {
         let square = |sd: f32| T::single(sd) * T::single(sd);
         let lens_yaw_sd_rad = self.config.lens_yaw_sd_rad;
-        // With exact lenses the rows determine the yaw.
+        // Exact lenses have no apparent yaw, so the rows determine the yaw of the mount.
         if !self.has_lens_prior() {
             return (None, T::ZERO);
         }
@@ -85,8 +85,8 @@ impl<'a, T: Scalar> Context<'a, T> {
         self.allows_times(T::ONE, found)
     }
 
-    /// Returns whether extrinsics may be in use. The limit is wider than the limit of an estimate, because keeping the
-    /// baseline in use moves the applied extrinsics away from the estimate.
+    /// Returns whether extrinsics may be in use. Their limit is [`MAX_IN_USE`] times that of an estimate, because
+    /// keeping the baseline in use moves the applied extrinsics away from the estimate.
     pub(crate) fn allows_in_use(&self, found: &Extrinsics<T>) -> bool {
         self.allows_times(T::lit(MAX_IN_USE), found)
     }

@@ -16,13 +16,13 @@ pub struct LensPrior {
     pub k1: f32,
     /// Tangential coefficient `p1` of the right camera minus the one of the left camera.
     pub p1: f32,
-    /// Part of the tangential coefficient `p2` of the right camera that turns the baseline.
-    /// [`super::Config::with_lens_yaw_sd_rad`] sets the apparent yaw that this causes.
+    /// Tangential coefficient `p2` of the right camera, as far as it turns the baseline.
+    /// [`super::Config::with_lens_yaw_sd_rad`] covers the apparent yaw that `p2` also causes.
     pub p2: f32,
 }
 
 impl LensPrior {
-    /// Errors of a year-old calibration: two calibrations of the same camera differ by this much.
+    /// Uncertainty of a year-old calibration: two calibrations of the same camera differ by this much.
     pub const WIDE: Self =
         Self { focal: 0.003, principal_px: 1.0, k1: 0.005, p1: 0.001, p2: 0.000_25 };
 

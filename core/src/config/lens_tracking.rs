@@ -1,4 +1,4 @@
-//! Whether errors of the given lens models are compensated.
+//! Choice between reporting and compensating errors of the given lens models.
 
 /// Whether errors of the given lens models are reported only, or compensated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]

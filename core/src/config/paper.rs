@@ -9,7 +9,7 @@ use crate::error::ConfigError;
 pub enum Central {
     /// Arithmetic mean: efficient where no pair is grossly wrong.
     Mean,
-    /// Median: a minority of wrong pairs does not move it. It is exact up to 31 pairs, then a streaming estimate in
+    /// Median: a minority of wrong pairs hardly moves it. It is exact up to 31 pairs, then a streaming estimate in
     /// constant memory.
     Median,
 }

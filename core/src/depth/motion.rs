@@ -1,10 +1,10 @@
 //! Witness of rigid motion: with a wrong yaw, near and far points seem to move by different motions (`ESTIMATOR.md`,
 //! section 20).
 //!
-//! A tracked match has four views. The two views in the first pair give a point. The motion of the rig predicts column,
-//! row and disparity of this point in the second pair, where they are compared with the other two views. The unknowns
-//! are the rotation and translation of the rig, and the turn of the mount, which adds nearly the same to all
-//! disparities.
+//! A tracked match has four views, two in each pair. The two views in the first pair give a point. The motion of the
+//! rig predicts column, row and disparity of this point in the second pair. They are compared with the two views there.
+//! The unknowns are the rotation and translation of the rig, and the turn of the mount, which adds nearly the same to
+//! all disparities.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 
@@ -23,7 +23,7 @@ const UNKNOWNS: usize = 7;
 /// Number of columns of an equation: its unknowns, then its residual.
 const COLUMNS: usize = UNKNOWNS + 1;
 
-/// Motion of the rig between two pairs, and the turn of the mount that it shows.
+/// Unknowns: motion of the rig between two pairs, and turn of the mount from the pose, rad.
 #[derive(Debug, Clone, Copy)]
 struct Motion<T: Scalar> {
     rotation: Rotation3<T>,
@@ -43,8 +43,9 @@ pub(crate) struct TurnByMotion<T> {
 
 /// Sums over the tracked matches.
 struct Sums<T> {
-    /// Normal equations, each with its right-hand side.
+    /// Normal equations, each row with its right-hand side.
     rows: [[T; COLUMNS]; UNKNOWNS],
+    /// Number of inliers, and number of all matches read.
     inliers: [u32; 2],
     /// Sum of the squared residuals of the inliers over their variances.
     squared: T,
@@ -129,18 +130,18 @@ impl<T: Scalar> Motion<T> {
         sums
     }
 
-    /// Returns the three whitened equations of a tracked match; `None` if its point is not in front of the camera.
+    /// Returns the three whitened equations of a tracked match. `None` if its point is behind the left camera of the
+    /// second pair, or behind infinity by more than noise.
     fn seen(&self, one: &View<T>, two: &View<T>, noise: T) -> Option<[[T; COLUMNS]; 3]> {
         let depth = one.disparity + self.turn * one.slope();
         let turned = self.rotation * one.ray();
         let moved = turned + self.translation * depth;
         let z = moved.z;
-        // The point is behind the camera, or behind infinity by more than noise.
         if !(z > T::lit(MIN_DEPTH) && depth > -noise * T::lit(BEHIND_INFINITY)) {
             return None;
         }
         let [u, v, d] = [moved.x / z, moved.y / z, depth / z];
-        // Derivatives of (u, v, d) by the moved ray, and by the inverse depth.
+        // Derivatives of (u, v, d) by the moved ray, and by the inverse depth in the first pair.
         let by = |w: &Vector3<T>| Vector3::new(w.x - u * w.z, w.y - v * w.z, -d * w.z) / z;
         let by_depth = by(&self.translation) + Vector3::z() / z;
         let off = Vector3::new(two.x - u, two.y - v, two.disparity + self.turn * two.slope() - d);
@@ -201,7 +202,7 @@ impl<T: Scalar> Sums<T> {
     }
 }
 
-/// Rectified frame, and the change of right rays to the cameras that the frame belongs to.
+/// Pose of the rectified frame, and the change of right rays to the cameras that the pose belongs to.
 struct Frame<'a, T: Scalar> {
     pose: &'a RectifyingRotations<T>,
     change: RayChange<T>,

@@ -4,8 +4,9 @@
 //! applies this measurement to the prior. The measurement becomes part of the prior when the sums over the pairs are
 //! dropped.
 //!
-//! A knock may be in the sums for many pairs before it is detected. Therefore the lens is learnt only from rows that
-//! are at least [`ROWS_LAG`] pairs old. A later change of the rows beyond chance counts as a turn of the mount.
+//! A knock may be in the sums for many pairs before it is detected. Therefore the yaw of the lens is learnt only from
+//! rows that are at least [`ROWS_LAG`] pairs old, once there are such rows. A later change of the rows beyond chance
+//! counts as a turn of the mount.
 
 use super::yaw::YawEstimate;
 use crate::config::Context;
@@ -31,7 +32,7 @@ pub(crate) struct MountYaw<T> {
     /// Number of witness measurements that agree with the estimate, at most [`WITNESS_SUPPORT`]. After a restart it is
     /// [`WITNESS_SUPPORT`] if a witness supported the estimate before, and 0 otherwise.
     support: u8,
-    /// Consecutive witness measurements that contradict the estimate, and wait.
+    /// Consecutive witness measurements that contradict the estimate, and wait for others that agree with them.
     waiting: Option<Measurements<T>>,
     earlier: EarlierRows<T>,
 }
@@ -57,8 +58,8 @@ impl<T: Scalar> Measurements<T> {
     }
 }
 
-/// Yaw of the rows at two earlier times. Every [`ROWS_LAG`] pairs the newer value becomes the older one. The record
-/// does not contain these values.
+/// Yaw of the rows at two earlier times. Every [`ROWS_LAG`] pairs the newer value becomes the older one. A record does
+/// not contain these values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct EarlierRows<T> {
     older: Option<RowsYaw<T>>,
@@ -135,8 +136,8 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// Returns the estimate after `rows`, taken as the first rows since the prior. After a change of the rig, a
-    /// difference from the prior beyond chance counts as a turn of the mount.
+    /// Returns the estimate after `rows`, without the earlier rows. After a change of the rig, a difference from the
+    /// prior beyond chance counts as a turn of the mount.
     fn at(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
         self.before_any(rows, context).with_rows(rows.turn, rows.variance)
     }
@@ -146,7 +147,8 @@ impl<T: Scalar> MountYaw<T> {
         if self.changed { prior.turned(prior.excess(rows.turn, rows.variance)) } else { prior }
     }
 
-    /// Counts a fused pair, and notes the rows every [`ROWS_LAG`] pairs.
+    /// Counts a fused pair, and notes the rows every [`ROWS_LAG`] pairs. Does nothing while nothing but rows has
+    /// measured the mount.
     pub(crate) fn note(
         &mut self,
         rows: impl FnOnce() -> Option<RowsYaw<T>>,
@@ -189,8 +191,8 @@ impl<T: Scalar> MountYaw<T> {
         self.known.unwrap_or(YawEstimate::independent(mount, lens))
     }
 
-    /// Returns the reported variance of the mount yaw, rad^2. Until a witness confirms the yaw, a turn that the rows
-    /// show may belong to the mount.
+    /// Returns the reported variance of the mount yaw, rad^2. It includes [`Self::doubt`]: until a witness confirms the
+    /// yaw, the apparent yaw of the lens may be a turn of the mount.
     pub(crate) fn reported_variance(&self, of: &YawEstimate<T>) -> T {
         of.var_mount() + self.doubt(of)
     }
@@ -200,14 +202,14 @@ impl<T: Scalar> MountYaw<T> {
         (of.var_lens() + self.doubt(of)).sqrt()
     }
 
-    /// Returns the additional variance, rad^2, for the chance that the mount turned before the first pair and the
+    /// Returns the additional variance, rad^2, for the case that the mount has turned before the first pair, and the
     /// estimate takes this turn for a yaw of the lens.
     fn doubt(&self, of: &YawEstimate<T>) -> T {
         let claimed = self.claimed * of.lens();
         claimed * claimed * (T::ONE + self.claimed * T::lit(TURNED_DOUBT))
     }
 
-    /// Returns whether a factory calibration holds, or held until the rig changed.
+    /// Returns whether the estimate starts from a factory calibration that rows have not refuted.
     fn has_factory(&self) -> bool {
         self.calibrated && !self.refuted
     }
@@ -232,9 +234,9 @@ impl<T: Scalar> MountYaw<T> {
         self.forget_witnesses();
     }
 
-    /// Handles a change of the rig, which drops the sums over the pairs. The estimate keeps the measurement of these
-    /// sums, and the yaw of the lens stays. If only rows have measured the mount, nothing is kept, because the next
-    /// rows measure the same sum.
+    /// Handles a change of the rig, which drops the sums over the pairs. The rows before the change become part of the
+    /// estimate. The yaw of the lens stays, and the mount may have turned. If nothing but rows has measured the mount,
+    /// nothing is kept, because the next rows measure the sum of the two yaws again.
     pub(crate) fn change(&mut self, rows: &RowsYaw<T>, context: &Context<'_, T>) {
         if self.has_factory() || self.known.is_some() {
             let rows = self.earlier.older.or(self.earlier.newer).unwrap_or(rows.of_scene(context));
@@ -245,8 +247,8 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
-    /// Adds a measurement of the mount yaw, rad, with its variance, rad^2. Returns `None`, and changes nothing, if the
-    /// yaw of the lens would have to be off by more than three standard deviations of its prior.
+    /// Adds a measurement of the mount yaw, rad, with its variance, rad^2. Returns `None`, and changes nothing, if it
+    /// implies a yaw of the lens above three standard deviations of its prior.
     pub(crate) fn witness(
         &mut self,
         yaw: T,
@@ -256,8 +258,8 @@ impl<T: Scalar> MountYaw<T> {
     ) -> Option<Witnessed> {
         let rows = rows.of_scene(context);
         let (_, lens) = context.yaw_variances();
-        // Only the prior of the lens decides: a wrong measurement that was taken must not cause the refusal of later
-        // right ones.
+        // The limit depends on the prior of the lens and not on the estimate: a wrong measurement that was taken must
+        // not cause the refusal of later right ones.
         if is_apart(rows.turn - yaw, lens + rows.variance + variance) {
             return None;
         }
@@ -298,8 +300,8 @@ impl<T: Scalar> MountYaw<T> {
         ([self.claimed, a, b, c, d, e], [self.refuted, self.changed, self.known.is_some()])
     }
 
-    /// Takes over the numbers and flags of a record after a reset; returns `None` unless they fit together. Each number
-    /// is within its range.
+    /// Takes over the numbers and flags of a record after a reset; returns `None` unless they fit together. The caller
+    /// has checked the range of each number.
     pub(crate) fn resume(
         &mut self,
         [claimed, numbers @ ..]: [T; 6],

@@ -25,8 +25,8 @@ pub enum Range<T> {
 pub struct RangeReading<T> {
     /// `[u, v]` in the left image, px, before undistortion.
     pub pixel: [T; 2],
-    /// The same point in the right image, px, if the matcher has looked for it. With `None`, a match of the last pair
-    /// within 3 px of `pixel` is used, but few pairs have one there.
+    /// The same point in the right image, px, if the matcher has looked for it. With `None`, the match of the last pair
+    /// that is nearest to `pixel` in the left image is used, if it is within 3 px; few pairs have such a match.
     pub right: Option<[T; 2]>,
     /// Distance of the point, m.
     pub range: Range<T>,
@@ -70,8 +70,8 @@ impl<T: Scalar> InverseDepth<T> {
     /// Returns the turn about y, rad, from a pose to the pose at which a match has this depth, and the variance of the
     /// turn, rad^2. `None` if the rays are not in front of the cameras.
     ///
-    /// With rectified rays `a`, `b` and `rho` = baseline over depth, the right ray should be along `a - rho i_1`. The
-    /// columns are off by `h = a_x b_z - a_z b_x - rho b_z`. A turn changes `h` by `a_z b_z + a_x b_x` per rad.
+    /// With rectified rays `a`, `b` and `rho` = baseline over depth, the right ray should be along `a - rho i_1`. It is
+    /// off along the columns by `h = a_x b_z - a_z b_x - rho b_z`. A turn changes `h` by `a_z b_z + a_x b_x` per rad.
     ///
     /// * `noise`: variance of a coordinate at unit depth.
     pub(crate) fn turn(

@@ -2,8 +2,8 @@
 //!
 //! Each frame is joined to the same earlier frame, so that the rig can move far enough for
 //! [`Calibrator::push_witness`](crate::Calibrator::push_witness). Once more than half of the tracks of the earlier
-//! frame are lost, a newer frame replaces it. A track is looked up by the remainder of its number, without search or
-//! sorting. The tracks that the last frame shares come first in the list.
+//! frame are lost, a newer frame replaces it. A track is looked up by the remainder of its number modulo the capacity,
+//! without search or sorting. The tracks that the last frame shares with the earlier frame come first in the list.
 
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
@@ -25,7 +25,7 @@ pub struct Tracks<T: Scalar, const N: usize> {
     places: [u16; N],
     /// Number of tracks in `quads` and `ids`.
     held: u16,
-    /// Number of these tracks that the present frame has, too.
+    /// Number of these tracks that the present frame has, too. They come first in `quads` and `ids`.
     seen: u16,
     /// Rays and tracks of the present frame.
     present: [RayPair<T>; N],
@@ -62,8 +62,9 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         (self.seen, self.count, self.has_ended) = (0, 0, false);
     }
 
-    /// Adds a match of the frame. Matches beyond `N` tracks are left out, and so are matches whose track has the same
-    /// remainder modulo `N` as an earlier track.
+    /// Adds a match of the frame, and joins it to the match of the same track in the earlier frame. If the frame itself
+    /// becomes the earlier frame, it keeps only its first `N` matches with a track. If several tracks have the same
+    /// remainder modulo `N`, it keeps the first of them.
     ///
     /// * `track`: number of the track, the same in each frame; 0 for a match without a track.
     /// * `rays`: rays of the match by [`Cameras::rays`](crate::Cameras::rays), in the cameras as given.
@@ -165,7 +166,7 @@ mod tests {
 
     type Frame = Vec<(u16, u16)>;
 
-    /// Rays that differ from match to match.
+    /// Returns rays that differ for each number.
     fn rays(of: u16) -> RayPair<f32> {
         let x = f32::from(of) / 8192.0;
         RayPair::try_new([x, 0.5], [x - 0.1, 0.5]).unwrap()
@@ -180,7 +181,7 @@ mod tests {
         tracks.end();
     }
 
-    /// Returns the left columns of the joined matches, in order.
+    /// Returns the bits of both left columns of each joined match, sorted.
     fn joined<const N: usize>(tracks: &Tracks<f32, N>) -> Vec<[u32; 2]> {
         let quads = tracks.quads().iter();
         let mut found: Vec<_> = quads.map(|quad| quad.map(|pair| pair.left.x.to_bits())).collect();
@@ -188,7 +189,7 @@ mod tests {
         found
     }
 
-    /// Returns the first match of each track, other than 0.
+    /// Returns the first match of each track; track 0 is left out.
     fn by_track(frame: &[(u16, u16)]) -> BTreeMap<u16, u16> {
         frame.iter().rev().filter(|(track, _)| *track != 0).copied().collect()
     }

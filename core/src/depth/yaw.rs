@@ -3,7 +3,7 @@
 use crate::scalar::Scalar;
 use crate::thresholds::UNKNOWN_YAW_RAD;
 
-/// Mount yaw `y` about the factory extrinsics, apparent yaw `o` of the lens, rad, and their covariance, rad^2.
+/// Mount yaw `y` relative to the factory extrinsics, apparent yaw `o` of the lens, rad, and their covariance, rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct YawEstimate<T> {
     pub(super) mount: T,
@@ -24,7 +24,7 @@ impl<T: Scalar> YawEstimate<T> {
         Self { mount: T::ZERO, lens: T::ZERO, var_mount, var_lens, mixed: T::ZERO }
     }
 
-    /// Returns the mount yaw about the factory extrinsics, rad.
+    /// Returns the mount yaw relative to the factory extrinsics, rad.
     pub(crate) fn mount(&self) -> T {
         self.mount
     }
@@ -49,14 +49,14 @@ impl<T: Scalar> YawEstimate<T> {
         (self.var_mount + (self.mixed + self.mixed) + self.var_lens).max(T::ZERO)
     }
 
-    /// Returns the squared distance between the measured and the expected sum, over the variance of their difference.
+    /// Returns the squared difference of the measured and the expected sum, divided by its variance.
     pub(super) fn surprise(&self, sum: T, variance: T) -> T {
         let off = sum - self.mount - self.lens;
         off * off / (self.var_sum() + variance)
     }
 
-    /// Returns the squared distance between the measured and the expected sum, less the variance of their difference,
-    /// rad^2. This is the likeliest variance of a turn of the mount.
+    /// Returns the squared difference of the measured and the expected sum minus its variance, at least 0, rad^2. This
+    /// is the likeliest variance of a turn of the mount.
     pub(super) fn excess(&self, sum: T, variance: T) -> T {
         let off = sum - self.mount - self.lens;
         (off * off - self.var_sum() - variance).max(T::ZERO)
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_do_not_tell_the_mount_of_a_rig_of_unknown_yaw() {
+    fn rows_do_not_determine_a_mount_yaw_that_was_unknown_before() {
         let unknown = YawEstimate::independent(None, 2e-5_f32).with_rows(9e-3, 1e-8);
         assert_eq!((unknown.mount, unknown.lens), (9e-3, 0.0));
         assert!((unknown.var_mount / 2e-5 - 1.0).abs() < 0.01, "{unknown:?}");

@@ -1,7 +1,8 @@
 //! Data association of a batch, one pass at a time (`ESTIMATOR.md`, section 13).
 //!
-//! The batch is first tracked from the champion, then from the challenger, then searched from afar, until a gate or the
-//! check of a search accepts it.
+//! The batch is tracked from the champion and then from the challenger, until the gate of one accepts it. If one of the
+//! two does not exist, the batch is searched from afar instead. If both exist and reject the batch, it supports no
+//! hypothesis.
 
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
@@ -19,8 +20,8 @@ use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{CLEARLY_BETTER, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
 
-/// Number of passes reserved after a search with the baseline turned: a comparison with the challenger, a track of the
-/// challenger, a search, and another comparison. Track and search include their evaluations.
+/// Number of passes reserved after a search with the baseline turned: a comparison with the challenger, a track from
+/// the challenger, a search of the least length, and another comparison. Track and search include their evaluations.
 const AFTER_TURNED: u16 = 2 * TRACK_PASSES + 2;
 
 /// Stage of an association.
@@ -28,15 +29,16 @@ const AFTER_TURNED: u16 = 2 * TRACK_PASSES + 2;
 enum Stage {
     /// No batch is being associated.
     Idle,
-    /// Searches with the baseline turned, before the first champion. Afterwards, the challenger is tracked.
+    /// Searches with the baseline turned, before the first champion. If the turned pose does not fit better, the batch
+    /// is then tracked from the challenger.
     Turned(Turn),
     /// Tracks from the champion.
     Champion,
     /// Tracks from the challenger.
     Challenger,
-    /// Searches from afar.
+    /// Searches with a wide loss, from the champion or from the factory extrinsics.
     Search,
-    /// Compares the pose found by a search with the pose of the challenger.
+    /// Compares the pose that a search has found with the pose of the challenger, which has rejected the batch.
     Compare,
     /// No stage is left.
     Done(Support),
@@ -100,8 +102,8 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `seen`: relation of the batch to the scene of the last fused pair; `turn`: turn of the baseline to try first,
-    ///   unless most matches fit the challenger.
+    /// * `seen`: relation of the batch to the scene of the last fused pair; `turn`: turn of the baseline to try first.
+    ///   It is not tried if most matches fit the challenger, or if the configuration allows too few passes.
     #[inline(never)]
     pub(super) fn open(
         &mut self,
@@ -139,7 +141,7 @@ impl<T: Scalar> Association<T> {
         if !hypothesis.is_some_and(|hypothesis| self.track(hypothesis, with)) {
             self.stage = Stage::Search;
             let start = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
-            // A comparison with the challenger takes one more pass.
+            // If the challenger has rejected the batch, a comparison with it takes one more pass.
             self.search(with, start, u16::from(self.rejected.by_challenger));
         }
     }
@@ -206,7 +208,8 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Takes one more pass with the baseline turned. If the turned pose does not fit better, the challenger is tracked.
+    /// Takes one more pass with the baseline turned. If the turned pose does not fit better than the challenger, the
+    /// batch is then tracked from the challenger.
     ///
     /// # Errors
     /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits, and fits clearly better than the
@@ -234,7 +237,8 @@ impl<T: Scalar> Association<T> {
         fits
     }
 
-    /// Checks that the evaluated pose is an optimum with most points clearly in front of the cameras.
+    /// Checks that the evaluated pose is an optimum, and that most of the points that fit are clearly in front of the
+    /// cameras.
     ///
     /// # Errors
     /// As [`AssociationContext::check`].
@@ -269,8 +273,8 @@ impl<T: Scalar> Association<T> {
         self.work = Work::Evaluated(EvaluatedPose::NONE);
     }
 
-    /// Returns the stage after an evaluation, according to the gates of champion and challenger, or to the check of a
-    /// found pose.
+    /// Returns the stage after an evaluation. After a track the gate of its hypothesis decides; after a search the
+    /// check of the pose decides.
     ///
     /// # Errors
     /// As [`AssociationContext::check`].

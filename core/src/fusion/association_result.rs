@@ -14,8 +14,8 @@ pub(super) enum Support {
     Challenger,
     /// A new hypothesis.
     New,
-    /// No hypothesis. The gates of champion and challenger reject the pair, or a search has found no clearly better
-    /// pose than the challenger's.
+    /// No hypothesis. Champion and challenger reject the pair, or the challenger rejects it and a search has found no
+    /// pose that fits clearly better than the challenger's.
     None,
 }
 
@@ -40,8 +40,8 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
 }
 
 impl<T: Scalar> AssociationResult<'_, T> {
-    /// Returns the report of the pair alone, at the optimum of its moments with the prior; `None` if there is no
-    /// optimum.
+    /// Returns the report of the pair alone, at the optimum of its moments and the prior of the factory extrinsics.
+    /// `None` if there is no optimum.
     #[inline(never)]
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;

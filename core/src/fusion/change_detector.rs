@@ -16,17 +16,18 @@ use crate::thresholds::{LONG_DECAY, MAX_NIS, SHORT_DECAY, SHORT_PAIRS, WARM_UP_P
 /// Two windows over the last pairs.
 #[derive(Debug, Clone)]
 pub(super) struct ChangeDetector<T: Scalar> {
-    /// Short window, in the frame of the hypothesis.
+    /// Moments of the short window, in the frame of the sums of the hypothesis.
     short: Moments<T>,
-    /// Covariance of the gradient of the short window, 1/rad^2; the decay factors enter squared.
+    /// Covariance of the gradient of the short window, 1/rad^2. It decays by the square of the window's factor, because
+    /// the gradient decays by this factor.
     short_variance: Information<T>,
-    /// Long window, about the pose of the hypothesis.
+    /// Normal equations of the long window, about the pose of the hypothesis.
     long: NormalEquations<T>,
     /// Covariance of the gradient of the long window, 1/rad^2.
     long_variance: Information<T>,
     /// Number of pairs in the windows since their last restart.
     pairs: u32,
-    /// Whether the last renewal left pairs from before the change in the sums.
+    /// Whether the sums of the hypothesis may still hold pairs from before the last change.
     is_mixed: bool,
 }
 
@@ -51,7 +52,7 @@ impl<T: Scalar> ChangeDetector<T> {
         is_mixed: false,
     };
 
-    /// Restarts the windows in place. The mark that the sums hold pairs from before a change is kept.
+    /// Restarts the windows in place. Keeps `is_mixed`, because the sums of the hypothesis stay as they are.
     #[inline(never)]
     pub(super) fn restart(&mut self) {
         *self = Self { is_mixed: self.is_mixed, ..Self::NEW };
@@ -59,7 +60,7 @@ impl<T: Scalar> ChangeDetector<T> {
 
     /// Adds a pair that the hypothesis already includes. Returns the finding of the windows.
     ///
-    /// * `pair`: moments of the pair, in the frame of the hypothesis; `moved`: step of the hypothesis, rad.
+    /// * `pair`: moments of the pair, in the frame of the sums of the hypothesis; `moved`: step of the hypothesis, rad.
     #[inline(never)]
     pub(super) fn add(
         &mut self,
@@ -72,7 +73,8 @@ impl<T: Scalar> ChangeDetector<T> {
         self.short.scale(T::lit(SHORT_DECAY));
         self.short.add(pair);
         let biased = measurement.biased_at(hypothesis.pose());
-        // The long window follows the pose by its information, so its noise must be subtracted.
+        // A step of the pose changes the gradient of the long window by information times step, so this information
+        // must not contain the noise of disparities.
         let debiased = biased.debiased();
         let [decay, long_decay] = [T::lit(SHORT_DECAY), T::lit(LONG_DECAY)];
         self.long = self.long.about(moved).scaled(long_decay).plus(&debiased);
@@ -100,7 +102,7 @@ impl<T: Scalar> ChangeDetector<T> {
     /// Replaces the sums of the hypothesis by the short window. Returns false, and changes nothing, if the short window
     /// has no admissible optimum.
     ///
-    /// * `is_mixed`: whether the short window may hold pairs from before the change, which a later renewal then drops.
+    /// * `is_mixed`: whether the short window may hold pairs from before the change. A later renewal then drops them.
     #[inline(never)]
     pub(super) fn renew(
         &mut self,
@@ -118,7 +120,7 @@ impl<T: Scalar> ChangeDetector<T> {
     /// Returns whether the statistic of a window exceeds its limit.
     fn has_changed(&self, hypothesis: &Hypothesis<T>, context: &Context<'_, T>) -> bool {
         let limit = T::lit(MAX_NIS) * hypothesis.reduced_chi_square();
-        // Score test: squared gradient at the pose over its variance under the hypothesis.
+        // Score test: if the hypothesis is true, the gradient at its pose has mean 0 and this variance.
         let rejects = |window: &NormalEquations<T>, variance: &Information<T>| {
             let mut variance = variance.0;
             variance.add_diagonal(context.prior);

@@ -43,7 +43,8 @@ impl<T: Scalar> Champion<T> {
         let moved = self.hypothesis.apply(measurement, &mut update, context);
         let Self { hypothesis, detector } = self;
         if hypothesis.vibration_known() != was_known {
-            // The windows hold earlier pairs that were weighted or settled differently.
+            // The earlier pairs in the windows were weighted for another kind of rig (rigid or vibrating), or their
+            // moments were transformed in another way ([`Hypothesis::settle`]).
             detector.restart();
         }
         Ok(detector.add(hypothesis, &update.pair, measurement, &moved, context))
@@ -62,8 +63,8 @@ impl<T: Scalar> Champion<T> {
         let finding = self.add(measurement, context)?;
         let Self { hypothesis, detector } = self;
         let is_change = finding == Finding::Changed;
-        // Only at the change itself: when the later pairs have settled, lens and mount have already learnt from the
-        // sums before the change.
+        // Lens and mount learn only at the change itself. At the renewal after it ([`Finding::Settled`]) they have
+        // already learnt from the sums before the change.
         let learned = is_change.then(|| kept.learned(hypothesis, context));
         let is_renewed = finding != Finding::Same && detector.renew(hypothesis, is_change, context);
         let Some(learned) = learned.filter(|_| is_renewed) else { return Ok(Fused::Added) };
@@ -76,9 +77,10 @@ impl<T: Scalar> Champion<T> {
 #[derive(Debug, Clone)]
 struct Challenger<T: Scalar> {
     hypothesis: Hypothesis<T>,
-    /// Number of pairs that agree with the challenger.
+    /// Number of pairs that agree with the challenger. Copied pairs do not count, and the pair that began the
+    /// challenger counts only if there is a champion.
     agreed: u16,
-    /// Number of pairs that contradict the challenger.
+    /// Number of pairs that contradict the challenger: its gate rejects them, or they support the champion.
     failed: u16,
 }
 
@@ -114,7 +116,7 @@ pub(super) struct Hypotheses<T: Scalar> {
     challenger: Option<Challenger<T>>,
     /// Number of successive pairs that disagree with the champion.
     rejected: u16,
-    /// Number of pairs begun before the first champion.
+    /// Number of pairs begun before the first champion, since the caller last discarded a solved pair.
     begun: u16,
 }
 
@@ -129,8 +131,9 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Returns the turn of the baseline that the next pair tries first; `None` once there is a champion. If one pair
     /// agrees with a challenger, the next pair tries a quarter turn; if two pairs agree, the next pair tries a quarter
-    /// turn in the other direction. Without a challenger, every second pair tries the next turn after the first few
-    /// pairs. A challenger needs no test of a half turn, because a search refuses poses with points behind the cameras.
+    /// turn in the other direction. Without a challenger, every second pair from the fourth on tries the next turn of
+    /// the cycle. A challenger needs no test of a half turn, because a search refuses poses with points behind the
+    /// cameras.
     pub(super) fn next_turn(&mut self) -> Option<Turn> {
         if self.champion.is_some() {
             return None;
@@ -149,8 +152,8 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Resets the count of pairs begun, because a solved pair was not fused. If a caller does not fuse its pairs, the
-    /// lack of a challenger does not mean that pairs disagree.
+    /// Resets the count of pairs begun, because the caller has discarded a solved pair. If pairs are not fused, the
+    /// lack of a challenger does not mean that they disagree.
     pub(super) fn forget_begun(&mut self) {
         self.begun = 0;
     }
@@ -214,7 +217,8 @@ impl<T: Scalar> Hypotheses<T> {
         })
     }
 
-    /// Counts a pair against the hypotheses whose gates rejected it. A challenger that fails too often is dropped.
+    /// Counts a pair against the hypotheses whose gates rejected it. Drops the challenger if at least [`MAX_FAILED`]
+    /// pairs contradict it, and more than half as many as agree with it.
     pub(super) fn count(&mut self, rejected: Rejected) {
         if rejected.by_champion {
             self.rejected = self.rejected.saturating_add(1);
@@ -226,8 +230,8 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Counts a pair against the challenger. Drops the challenger after [`MAX_FAILED`] such pairs, if their number
-    /// exceeds `tolerated`.
+    /// Counts a pair against the challenger. Drops the challenger if the number of such pairs is at least
+    /// [`MAX_FAILED`] and exceeds `tolerated`.
     fn contradict_challenger(&mut self, tolerated: u16) {
         if let Some(challenger) = &mut self.challenger {
             challenger.failed = challenger.failed.saturating_add(1);
@@ -358,10 +362,10 @@ impl<T: Scalar> Hypotheses<T> {
         if had_champion { Fused::TookOver } else { Fused::Added }
     }
 
-    /// Drops the challenger if it agrees with the champion, which rejects the pairs of the challenger only for their
-    /// low inlier share. The champion takes over this share as its usual share. Otherwise the rig would be reported as
-    /// lost: a challenger that agrees with the champion is never promoted, and the champion learns only from accepted
-    /// pairs.
+    /// Drops the challenger if it agrees with the champion, and only the low inlier share of its pairs made the
+    /// champion reject them. The champion takes over this share as its usual share. Without this the rig would be
+    /// reported as lost: a challenger that agrees with the champion is never promoted, and the champion learns its
+    /// share only from pairs that it accepts.
     #[inline(never)]
     fn learn_share(&mut self, evaluated: &EvaluatedPose<T>, context: &Context<'_, T>) {
         let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) else {

@@ -35,15 +35,15 @@ use crate::thresholds::{
 pub(crate) struct Hypothesis<T: Scalar> {
     /// Optimum of all sums and the prior.
     pose: RectifyingRotations<T>,
-    /// Pose whose rectified frame is the frame of the sums: the pose at their start.
+    /// Pose whose rectified frame is the frame of the sums: the pose at their start or at their last change of frame.
     frame: RectifyingRotations<T>,
     /// Moments of all pairs. If rotations of the cameras explain the vibration, each pair is added as if the rig rested
     /// at `frame`.
     sums: Moments<T>,
-    /// Equations of the last pair about the pose; zero in a restored hypothesis before its first pair.
+    /// Normal equations of the last pair about the pose; zero in a restored hypothesis before its first pair.
     last: NormalEquations<T>,
     halves: ImageHalves<T>,
-    /// Equations of the same pairs for the mean pose of a vibrating rig.
+    /// Normal equations of the same pairs for the mean pose of a vibrating rig; not used for a rigid rig.
     marginal: MarginalSums<T>,
     /// Information of all pairs at the pose, without the prior, 1/rad^2.
     information: Information<T>,
@@ -207,7 +207,7 @@ impl<T: Scalar> Hypothesis<T> {
     /// frame.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        // If pairs are settled as at rest, the sums describe a rig at rest at any frame.
+        // If pairs are added as if the rig rested at the frame ([`Self::settle`]), the same sums belong to any frame.
         if !self.settles_at_rest() {
             self.sums.change_frame(&self.frame, &self.pose);
         }
@@ -280,7 +280,8 @@ impl<T: Scalar> Hypothesis<T> {
         self.noise
     }
 
-    /// Returns the share of a second crowd of matches over the share of the inliers.
+    /// Returns the share of matches whose residuals lie on one side beyond the peak ([`PairMeasurement::crowd`]), over
+    /// the share of the inliers.
     pub(super) fn second_crowd(&self) -> T {
         self.crowd.abs() / self.inlier_share.max(T::EPSILON)
     }
@@ -312,7 +313,8 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Returns the start of a track: the estimate, and the covariance of a pair about it. This covariance is the sum of
-    /// that of the estimate, the vibration, and [`FREEDOM_RAD`] squared. `None` if the estimate has no covariance.
+    /// the covariance of the estimate, the variances of the vibration, and [`FREEDOM_RAD`] squared for each unknown.
+    /// `None` if the estimate has no covariance.
     pub(super) fn track_start(&self, context: &Context<'_, T>) -> Option<TrackStart<T>> {
         let sees_crowd = self.crowd.abs() >= T::lit(CROWD_SHARE);
         let mut covariance = self.covariance(context)?;
@@ -323,8 +325,8 @@ impl<T: Scalar> Hypothesis<T> {
         Some(TrackStart { pose, covariance, noise, trusts_leverage, sees_crowd })
     }
 
-    /// Updates the reduced chi-square by the distance between a pair and the previous pair. The estimate, which may be
-    /// wrong, has no influence.
+    /// Updates the reduced chi-square by the distance between a pair and the previous pair. The distance does not
+    /// depend on the estimate, which may be wrong.
     #[inline(never)]
     fn update_chi_square(&mut self, measurement: &PairMeasurement<T>, context: &Context<'_, T>) {
         // A restored hypothesis has no last pair.
@@ -342,8 +344,8 @@ impl<T: Scalar> Hypothesis<T> {
     }
 }
 
-/// Limits a drift to the largest standard deviation that locks, because with a wider covariance tracks lose pairs among
-/// outliers.
+/// Limits each element of a drift to the largest standard deviation that locks, because with a wider covariance tracks
+/// lose pairs among outliers.
 // A drift that exceeds the limit only by rounding is kept, so that a limited drift does not change after a restart.
 fn limited<T: Scalar>(drift: &Vector5<T>) -> Vector5<T> {
     let over = drift.amax() / T::lit(MAX_LOCKED_SD_RAD);

@@ -1,5 +1,5 @@
-//! Comparison of the estimates from image halves (`ESTIMATOR.md`, section 15). Matches with a common bias in one region
-//! move the estimate, but leave only small residuals.
+//! Comparison of the estimates from image halves (`ESTIMATOR.md`, section 15). Matches with a common bias in one image
+//! region move the estimate but leave only small residuals, so only this comparison shows the bias.
 
 use nalgebra::Vector5;
 
@@ -16,7 +16,7 @@ use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREE
 pub(super) struct ImageHalves<T> {
     /// Equations of the whole image, the left half and the upper half.
     parts: [BiasedEquations<T>; 3],
-    /// Number of pairs in the sums.
+    /// Number of pairs in the sums, which the fading needs.
     pairs: u32,
     /// `sqrt(chi^2 / 5)` between the estimates of two halves; the larger value of the two splits.
     disagreement: T,
@@ -26,8 +26,8 @@ impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
         Self { parts: [BiasedEquations::ZERO; 3], pairs: 0, disagreement: T::ZERO };
 
-    /// Shifts and fades the sums after a step of the pose. A long step drops the sums, because they are models of first
-    /// order.
+    /// Shifts the sums to the pose after a step, and fades them. A long step drops the sums, because they are linear
+    /// about the pose.
     ///
     /// * `moved`: step of the pose, rad; `sd`: standard deviations of the estimate, rad.
     pub(super) fn follow(
@@ -94,8 +94,8 @@ impl<T: Scalar> ImageHalves<T> {
         if self.agree() { T::ONE } else { self.disagreement * self.disagreement }
     }
 
-    /// Widens a covariance, rad^2, if the halves disagree. It is widened only along the shifts of the estimate that the
-    /// halves cause; the other directions are as well known as before.
+    /// Widens a covariance, rad^2, if the halves disagree, but only along the shifts of the estimate that the halves
+    /// cause. The other directions are as well known as before.
     pub(super) fn widen(&self, covariance: &mut Symmetric5<T>, context: &Context<'_, T>) {
         if !self.agree() {
             let (_, biases) = self.compare(context);
@@ -105,14 +105,15 @@ impl<T: Scalar> ImageHalves<T> {
         }
     }
 
-    /// Returns the larger of two disagreements, left against right half and upper against lower half, and the shifts of
+    /// Returns the larger of two disagreements, of left and right half and of upper and lower half, and the shifts of
     /// the estimate that they cause, rad.
     ///
-    /// At the joint optimum one half has the gradient `g`, the other half `-g`. A random difference of this kind shifts
-    /// the estimate along `Q g`; the shift has as many standard deviations as the distance between the halves. With an
-    /// uncertain lens this shift is sufficient, because a bias that the joint estimate absorbs is a lens error, which
-    /// the covariance with an uncertain lens includes. With exact lenses either half may be right, so the shifts are
-    /// the distances of both halves from the estimate, scaled to give the mean of the squares.
+    /// At the joint optimum one half has the gradient `g`, the other half `-g`. If the halves differ by chance, the
+    /// estimate shifts along `Q g`, where `Q` is its covariance; the shift has as many standard deviations as the
+    /// distance between the halves. With an uncertain lens this shift is sufficient, because a bias that the joint
+    /// estimate absorbs is a lens error, which the covariance with an uncertain lens includes. With exact lenses either
+    /// half may be right, so the shifts are the distances of both halves from the estimate, each divided by `sqrt 2`:
+    /// the sum of their squares is then the mean over the halves.
     #[inline(never)]
     fn compare(&self, context: &Context<'_, T>) -> (T, [Vector5<T>; 4]) {
         let [all, left, upper] = &self.parts;
@@ -155,7 +156,8 @@ mod tests {
     use crate::algebra::normal_equations::NormalEquations;
     use crate::algebra::symmetric5::Symmetric5;
 
-    /// Returns image halves with the information of row offsets; the left half has a bias of pitch, rad.
+    /// Returns image halves with the information of row offsets on pitch and roll; the left half has a bias of pitch,
+    /// rad.
     fn biased_in_the_left_half(information: f64, bias: f64) -> ImageHalves<f64> {
         let part = |pitch_and_roll: f64, share: f64| {
             let mut h = Symmetric5::of_diagonal([1.0, 1.0, 1.0 / 3.0, 1.0, 1.0].map(|d| share * d));
@@ -163,8 +165,8 @@ mod tests {
             let information = Information(h.scaled(information));
             NormalEquations { information, gradient: Vector5::zeros() }
         };
-        // The derivatives are `-1` for pitch and `u` for roll. The left half covers `u` from -1 to 0; the upper half
-        // covers -1 to 1 with half of the weight.
+        // The derivatives of a row offset are `-1` by pitch and `u` by roll. The left half covers `u` from -1 to 0; the
+        // upper half covers -1 to 1 with half of the weight.
         let mut left = part(0.25, 0.5);
         left.gradient = -left.information.times(&(Vector5::x() * bias));
         let (mut all, mut upper) = (part(0.0, 1.0), part(0.0, 0.5));

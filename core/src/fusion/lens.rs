@@ -1,9 +1,10 @@
 //! Estimate of the lens from the sums of a hypothesis, and covariance of its extrinsics with an uncertain lens
 //! (`ESTIMATOR.md`, section 17).
 //!
-//! The extrinsics are estimated with the given lens. A lens error `p` causes an error `-B p` of the extrinsics, with
-//! `B = Lambda^-1 S`. So `B (P + p p^T) B^T` is added to their covariance, where `p` is the estimate of the lens error
-//! and `P` its covariance.
+//! The extrinsics are estimated with the given lens. A lens error `p` causes an error `-B p` of the extrinsics with
+//! `B = Lambda^-1 G S`. Here `S` is the mixed information of extrinsics and lens, `Lambda` is the information on the
+//! extrinsics with the prior, and `G` is the gain that removes the noise of disparities. So `B (P + p p^T) B^T` is
+//! added to the covariance of the extrinsics, where `p` is the estimate of the lens error and `P` its covariance.
 
 use nalgebra::Vector5;
 
@@ -20,7 +21,8 @@ use crate::thresholds::{LENS_FOUND, LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIV
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
-/// Estimate of the lens from a hypothesis, relative to the lens of its rays. The equations are solved in place.
+/// Errors of the lens that a hypothesis shows, relative to the lens of its rays. The equations are solved in place:
+/// each field first holds the equations, and then the result.
 #[derive(Debug)]
 pub(super) struct HypothesisLens<T> {
     /// `p`, relative to the lens of the rays; 0 for parameters that are held fixed.
@@ -32,7 +34,7 @@ pub(super) struct HypothesisLens<T> {
 }
 
 impl<T: Scalar> HypothesisLens<T> {
-    /// An exact lens: no errors, no covariance.
+    /// An exact lens: no errors, no covariance. An estimate starts from this value.
     pub(super) const EXACT: Self = Self {
         values: [T::ZERO; LENS_PARAMETERS],
         covariance: [[T::ZERO; LENS_PARAMETERS]; LENS_PARAMETERS],
@@ -89,8 +91,9 @@ impl<T: Scalar> HypothesisLens<T> {
         self.is_sane(&context.lens_prior(), scale).then_some(())
     }
 
-    /// Returns whether the estimate is plausible: no value is far beyond its prior, no variance is negative, and no
-    /// variance is far beyond its prior. Sums from a damaged record may violate this.
+    /// Returns whether the estimate is plausible: each value is within [`MAX_LENS_VALUE`] standard deviations of the
+    /// prior, and each variance is between 0 and four times the scaled variance of the prior. Sums from a damaged
+    /// record may violate this.
     ///
     /// * `sd`: standard deviations of the prior; `scale`: reduced chi-square.
     fn is_sane(&self, sd: &[T; LENS_PARAMETERS], scale: T) -> bool {
@@ -106,8 +109,8 @@ impl<T: Scalar> HypothesisLens<T> {
 
     /// Returns the covariance of the extrinsics with an uncertain lens, rad^2.
     ///
-    /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2; `off`: errors of the lens that affect
-    ///   the extrinsics.
+    /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2; `off`: errors of the lens, in the
+    ///   order of `values`, that the extrinsics still contain.
     #[inline(never)]
     pub(super) fn widen(
         &self,
@@ -129,13 +132,14 @@ impl<T: Scalar> HypothesisLens<T> {
         let [.., row_l, row_r, _, _, _] = effects;
         wide.add_outer_out_of_line(sd_row_l * sd_row_l, row_l);
         wide.add_outer_out_of_line(sd_row_r * sd_row_r, row_r);
-        // `p2` acts like a yaw; `p2` of the right camera also acts like a rotation of the baseline.
+        // `p2` acts like a yaw, which the apparent yaw of the lens covers; `p2` of the right camera also turns the
+        // baseline about y.
         let p2 = T::single(context.config.lens_prior.p2) * T::lit(2.0);
         wide.add_outer_out_of_line(p2 * p2, &[T::ZERO, T::ZERO, T::ZERO, T::ONE, T::ZERO]);
         wide
     }
 
-    /// Returns the errors of the given lens, if the rays have been corrected by `reference`.
+    /// Returns the errors of the given lens, for rays that were corrected by `reference`.
     pub(super) fn of_given(&self, reference: &LensCorrection<T>) -> [T; LENS_PARAMETERS] {
         self.moved_by(reference.focal, reference.k1)
     }
@@ -159,8 +163,8 @@ impl<T: Scalar> HypothesisLens<T> {
         LensCorrection { focal: s_r - s_l, k1: k_r - k_l }
     }
 
-    /// Returns the variances of the differences of focal length and `k1`. Each variance includes the
-    /// square of the amount by which its difference may be underestimated ([`LENS_SHRINKAGE`]).
+    /// Returns the variances of the differences of focal length and `k1`. Each variance includes the square of the
+    /// amount by which its difference may be underestimated ([`LENS_SHRINKAGE`]).
     #[inline(never)]
     pub(super) fn variances(&self) -> [T; 2] {
         let [ss_l, ss_r, _, _, _, _, sk_l, sk_r, _] = &self.covariance;
@@ -179,7 +183,8 @@ impl<T: Scalar> HypothesisLens<T> {
         [focal, k1].into_iter().zip(self.variances()).any(exceeds)
     }
 
-    /// Returns the step of the extrinsics that compensates the differences of focal length and `k1`, rad.
+    /// Returns the step, rad, from the extrinsics for the lens of the rays to those for a lens whose differences of
+    /// focal length and `k1` are compensated.
     pub(super) fn compensation(&self) -> Vector5<T> {
         let [_, by_focal, _, _, _, _, _, by_k1, _] = self.effects.map(Vector5::from);
         let LensCorrection { focal, k1 } = self.difference();
@@ -217,8 +222,8 @@ impl<T: Scalar> HypothesisLens<T> {
     }
 }
 
-/// Returns a variance plus the square of the amount by which a value may be underestimated. The weights were computed
-/// from residuals that contained the lens error, so matches that show the error have too little weight.
+/// Returns a variance plus the square of the amount by which its value may be underestimated. The weights were computed
+/// from residuals that contain the lens error, so matches that show the error have too little weight.
 fn hiding<T: Scalar>(value: T, variance: T) -> T {
     let hidden = T::lit(LENS_SHRINKAGE) * value;
     variance.max(T::ZERO) + hidden * hidden
@@ -234,8 +239,8 @@ fn eliminate_extrinsics<T: Scalar>(
     biased: &BiasedEquations<T>,
     context: &Context<'_, T>,
 ) -> Option<Vector5<T>> {
-    // The equations include the noise of disparities, as the mixed terms do, so the difference stays positive
-    // semi-definite.
+    // The equations include the noise of disparities, as the mixed terms do. So the remaining information on the lens
+    // stays positive semi-definite.
     let mut plain = biased.normal.with_prior(context.prior);
     plain.gradient -= hypothesis.pose().unknowns_to(&context.factory_pose) * context.prior;
     let factor = plain.information.0.factor(T::ZERO)?;
@@ -246,8 +251,8 @@ fn eliminate_extrinsics<T: Scalar>(
     Some(-factor.solve(&plain.gradient))
 }
 
-/// Replaces the mixed terms by the effects of the lens on the extrinsics. As in the estimate, the noise of disparities
-/// is removed.
+/// Replaces the mixed terms by the effects of the lens on the extrinsics. The noise of disparities is removed from
+/// them, as it is from the estimate of the extrinsics.
 #[inline(never)]
 fn take_up<T: Scalar>(
     mixed: &mut [[T; 5]; LENS_PARAMETERS],

@@ -1,5 +1,5 @@
-//! Conditions for a change of the lens correction of the rays, and the knowledge of the lens that remains when sums are
-//! dropped (`ESTIMATOR.md`, section 17).
+//! Conditions for a change of the lens correction of the rays, and the knowledge of the lens that remains when the sums
+//! over the pairs are dropped (`ESTIMATOR.md`, section 17).
 
 use super::hypothesis::Hypothesis;
 use super::lens::HypothesisLens;
@@ -41,9 +41,9 @@ impl<T: Scalar> LensReference<T> {
         next.is_valid().then_some(next)
     }
 
-    /// Returns the reference for a restart of the sums; `None` if a restart gains nothing. The first restart must
+    /// Returns the reference with which the sums restart; `None` if a restart gains nothing. The first restart must
     /// divide the standard deviation of `t` by more than [`COMPENSATION_GAIN`]. A later restart is due if the weights
-    /// may hide more than [`MAX_HIDDEN_LENS`] of the standard deviation.
+    /// may hide an error of `t` above [`MAX_HIDDEN_LENS`] times its standard deviation.
     #[inline(never)]
     pub(super) fn next(
         &self,
@@ -60,8 +60,8 @@ impl<T: Scalar> LensReference<T> {
         let gains = if self.compensates() {
             hides_much(&lens, &widened, context)
         } else {
-            // A wrong lens also makes the image halves disagree, so their disagreement must not prevent the correction
-            // of a significantly wrong lens.
+            // A wrong lens also makes the image halves disagree, and this widens the covariance. So a significantly
+            // wrong lens is judged by the covariance of the noise alone, too.
             let noise = hypothesis.covariance_of_noise(context)?;
             self.halves_deviation(&lens, &widened, context)
                 || lens.is_significant() && self.halves_deviation(&lens, &noise, context)
@@ -85,7 +85,7 @@ impl<T: Scalar> LensReference<T> {
     }
 }
 
-/// Returns whether the weights may hide more than [`MAX_HIDDEN_LENS`] of the standard deviation of `t`.
+/// Returns whether the weights may hide an error of `t` above [`MAX_HIDDEN_LENS`] times its standard deviation.
 ///
 /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2.
 fn hides_much<T: Scalar>(

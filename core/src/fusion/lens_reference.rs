@@ -1,9 +1,9 @@
-//! Lens correction of the rays, its changes, and knowledge of the lens from dropped sums (`ESTIMATOR.md`, section 17).
+//! Lens correction of the rays, and knowledge of the lens from dropped sums (`ESTIMATOR.md`, section 17).
 //!
-//! Compensation of a difference of focal length or `k1` needs corrected rays, because with the rays of a wrong lens the
-//! weights hide a part of the error. Pairs before a change of the correction have such weights, so the estimate
-//! restarts. The measured differences are kept, even after a change of the rig, because the lens does not change with
-//! the rig.
+//! Compensation of a difference of focal length or `k1` needs corrected rays: weights that were computed with the rays
+//! of a wrong lens hide a part of the error. The sums before a change of the correction contain such weights, so the
+//! estimate restarts. The measured differences are kept, even after a change of the rig, because the lens does not
+//! change with the rig.
 
 use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::geometry::lens_correction::LensCorrection;
@@ -13,11 +13,12 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LensReference<T> {
     pub(super) correction: LensCorrection<T>,
-    /// Differences of focal length and `k1` from the given lens, measured by earlier pairs.
+    /// Differences of focal length and `k1` between the cameras, right minus left, that pairs in dropped sums have
+    /// measured; relative to the given lens.
     pub(super) known: LensCorrection<T>,
-    /// Information on the two differences; 0 if unknown.
+    /// Information on the two differences: inverse variances; 0 if unknown.
     pub(super) weights: [T; 2],
-    /// Number of changes of the correction so far; 0 if the lens is as given.
+    /// Number of changes of the correction so far. With 0 changes there is no correction.
     pub(super) changes: u32,
 }
 
@@ -40,12 +41,14 @@ impl<T: Scalar> LensReference<T> {
         self.changes > 0
     }
 
-    /// Reduces the weight of the knowledge as that of the sums, because a lens changes with temperature.
+    /// Multiplies the weight of the knowledge by the factor that fades the sums, because a lens changes with
+    /// temperature.
     pub(super) fn fade(&mut self, fading: T) {
         self.weights.iter_mut().for_each(|weight| *weight *= fading);
     }
 
-    /// Adds the knowledge to information and gradient of the lens, about the correction of the rays.
+    /// Adds the knowledge to the information and the gradient of the lens, which are relative to the correction of the
+    /// rays.
     pub(super) fn add_known(
         &self,
         information: &mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],

@@ -26,8 +26,8 @@ impl<T: Scalar> MarginalSums<T> {
     }
 
     /// Starts with the pairs so far, as if each had an equal share of their sum. If there are only a few pairs, all but
-    /// the last are dropped: weighted as for a rigid rig, a few pairs give a wrong mean, because the vibration along
-    /// strong directions leaks into weak directions.
+    /// the last are dropped. They were weighted as for a rigid rig, so vibration along well-determined directions moves
+    /// their mean along weak directions.
     ///
     /// * `sum`: equations of all pairs for a rigid rig, about the pose; `last`: the same for the last pair; `pairs`:
     ///   number of pairs.
@@ -47,8 +47,8 @@ impl<T: Scalar> MarginalSums<T> {
         Some(())
     }
 
-    /// Follows a vibration that has grown or ceased. If a variance has doubled, older pairs lose weight; they never
-    /// gain weight.
+    /// Follows a variance of the vibration that has doubled or halved. If it has doubled, older pairs lose weight; if
+    /// it has halved, they keep their weight.
     pub(super) fn follow(&mut self, pairs: u32, now: &BlockVariances<T>) -> Option<()> {
         let then = self.variances;
         if now.doubles(&then) {
@@ -80,7 +80,7 @@ impl<T: Scalar> MarginalSums<T> {
     }
 }
 
-/// Returns the variances of the mean over the pairs.
+/// Returns the variances that a vibration leaves in the mean over the pairs.
 fn mean_of<T: Scalar>(pairs: u32, variances: &BlockVariances<T>) -> BlockVariances<T> {
     variances.scaled(T::ONE / T::count(pairs.max(1)))
 }

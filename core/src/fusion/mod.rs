@@ -1,9 +1,9 @@
 //! Fusion of many pairs with two hypotheses, data association and change detection (`ESTIMATOR.md`, sections 10 to 15).
 //!
-//! The *champion* is the reported hypothesis. A pair outside the champion's gate starts a *challenger*, which collects
-//! the pairs that agree with it. If three pairs agree on another rig, the challenger becomes the champion and keeps its
-//! sums. When pairs return to the champion, the challenger is dropped. Without a challenger, a gate around a wrong
-//! estimate would refuse all good pairs.
+//! The *champion* is the reported hypothesis. A pair outside the champion's gate starts a *challenger*, a second
+//! hypothesis that collects the pairs that agree with it. If three pairs agree on another rig, the challenger becomes
+//! the champion and keeps its sums. When pairs return to the champion, the challenger is dropped. Without a challenger,
+//! a gate around a wrong estimate would refuse all good pairs.
 //!
 //! - [`association`], [`association_result`]: the hypothesis that a pair supports. [`hypotheses`]: champion,
 //!   challenger.
@@ -54,7 +54,7 @@ pub(crate) struct Fusion<T: Scalar> {
     hypotheses: Hypotheses<T>,
     /// Scene of the last fused pair.
     scene: RepeatedScene,
-    /// Lens of the rays.
+    /// Lens correction of the rays, and knowledge of the lens in addition to the sums.
     reference: LensReference<T>,
     vibration: VibrationEstimator<T>,
     /// Knowledge of the mount yaw and of the apparent yaw of the lens, in addition to the sums.
@@ -93,20 +93,21 @@ impl<T: Scalar> Fusion<T> {
         self.association.close();
     }
 
-    /// Returns the lens of the rays.
+    /// Returns the lens correction of the rays, and the knowledge of the lens.
     pub(crate) fn reference(&self) -> &LensReference<T> {
         &self.reference
     }
 
-    /// Forgets all pairs and restarts, with rays of another lens.
+    /// Forgets all pairs and restarts, because the next rays have another lens correction.
     pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
         self.forget_pairs();
-        // Only the rays change; the mount does not.
+        // The mount does not change, so the vibration estimate is kept. The next optimum is not compared with earlier
+        // ones.
         self.vibration.interrupt();
         self.reference = *reference;
     }
 
-    /// Returns the lens for a restart; `None` if a restart gains nothing.
+    /// Returns the lens correction with which to restart; `None` if a restart gains nothing.
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         let compensates = context.config.lens_tracking == LensTracking::Compensate;
         let hypothesis = self.hypotheses.champion()?;
@@ -199,16 +200,16 @@ impl<T: Scalar> Fusion<T> {
     /// Fuses the solved pair, and closes its association.
     ///
     /// # Errors
-    /// [`Rejection`]; the champion is unchanged.
+    /// [`Rejection`]; the sums of the champion are unchanged.
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
         let Self { hypotheses, association, reference, vibration, mount, .. } = self;
         let result = association.result().ok_or(Rejection::NotBegun)?;
         let kept = Kept { reference, mount };
         let fused = hypotheses.fuse(&result, kept, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
-        // Pairs beyond the correction limit and pairs of another rig do not update the vibration estimate, because the
-        // wrong poses of weak pairs would look like a vibration that hides knocks. A pair that only disagrees does
-        // update it, because the rig may vibrate.
+        // Pairs that a challenger takes ([`Fused::KeptApart`]) do not update the vibration estimate, because the wrong
+        // poses of weak pairs would look like a vibration that hides knocks. A pair that is not fused updates it only
+        // if it disagrees with the hypotheses, because the rig may vibrate.
         let is_admissible = match fused {
             Ok(fused) => fused != Fused::KeptApart,
             Err(error) => error == Rejection::Disagrees,
@@ -233,7 +234,7 @@ impl<T: Scalar> Fusion<T> {
         fused
     }
 
-    /// Marks the mount as turned if the champion refutes the factory yaw.
+    /// Marks the factory yaw as refuted if the rows of the champion contradict it: the mount has turned since.
     fn check_mount(&mut self, context: &Context<'_, T>) {
         let Self { hypotheses, mount, .. } = self;
         let Some(champion) = hypotheses.champion().filter(|_| mount.is_as_made()) else { return };
@@ -246,7 +247,7 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    /// Returns the pose of the reported estimate, as the row offsets show it, and its yaw.
+    /// Returns the pose of the reported estimate, as the row offsets show it, and the yaw of this pose.
     pub(crate) fn rows(
         &self,
         context: &Context<'_, T>,
@@ -274,7 +275,7 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.reported().is_some()
     }
 
-    /// Returns whether the last pair repeated the scene of the pair fused before.
+    /// Returns whether the last pair repeated the scene of the pair fused before it.
     pub(crate) fn is_repeated(&self) -> bool {
         self.association.is_repeated()
     }
@@ -312,7 +313,7 @@ impl<T: Scalar> Kept<'_, T> {
     }
 }
 
-/// Adds a refused pair if the variances do not fall: a refused pair may increase them but not reduce them.
+/// Adds a refused pair, unless it reduces a variance. A refused pair may only show more vibration, not less.
 // Out of line, to keep the copy off the caller's stack.
 #[inline(never)]
 fn add_refused<T: Scalar>(
@@ -348,7 +349,7 @@ mod tests {
     }
 
     #[test]
-    fn a_refused_pair_shows_more_vibration_or_as_much_never_less() {
+    fn a_refused_pair_never_reduces_the_vibration() {
         assert!(shaken(add_refused).variances().rotation > 0.0);
         // Returns the number of pairs of a rig at rest after which a variance has fallen.
         let falls = |add: Add| {

@@ -1,5 +1,5 @@
-//! Optimum of moments and prior on the manifold of extrinsics. Each step `d` solves `(H + P I) d = -(g - P u)`
-//! (`ESTIMATOR.md`, section 12).
+//! Optimum of moments and prior over the extrinsics. Each step `d` solves `(H + P I) d = -(g - P u)`, where `u` is the
+//! step from the pose to the factory extrinsics (`ESTIMATOR.md`, section 12).
 
 use nalgebra::Vector5;
 
@@ -12,8 +12,8 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::{LAST_STEP_SQUARED, MOVED_INFORMATION, OPTIMUM_STEPS};
 
-/// Largest squared Mahalanobis distance of a pose from the optimum of its sums. A first pair with hardly any
-/// information on a direction reaches 400.
+/// Largest squared Mahalanobis distance of a pose from the optimum of its sums. A first pair that hardly determines a
+/// direction reaches 400.
 pub(super) const MAX_INCONSISTENCY: f64 = 1e4;
 
 /// The optimum, and the information of the moments at the optimum.
@@ -49,7 +49,7 @@ impl<T: Scalar> Optimum<T> {
                 return context.check(&self.pose);
             }
         }
-        // The last step was long, so the information must be computed again at the final pose.
+        // The last step was not small, so the information must be computed again at the final pose.
         let normal = self.equations(sums, frame, context);
         if are_at_optimum(&normal) { context.check(&self.pose) } else { Err(Rejection::NoRig) }
     }
@@ -78,7 +78,8 @@ impl<T: Scalar> Optimum<T> {
 }
 
 /// Returns whether a step is the last one: the next step would be below rounding, and the information on each direction
-/// is nearly final. A step `d` moves the share `d^2` of the information on one direction into another direction.
+/// is nearly final. A step of length `d` moves about `d^2` times the information on one direction into another
+/// direction.
 fn is_last<T: Scalar>(step: &Vector5<T>, normal: &NormalEquations<T>) -> bool {
     let squared = step.norm_squared();
     let known = normal.information.0.diagonal();

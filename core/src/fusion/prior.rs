@@ -1,4 +1,4 @@
-//! An estimate as the prior of a new hypothesis, in the form that a record stores (`ESTIMATOR.md`, section 21).
+//! An estimate as the start of a new hypothesis, in the form that a record stores (`ESTIMATOR.md`, section 21).
 //!
 //! The moments of a hypothesis are replaced by the moments of five virtual correspondences with the same information on
 //! the extrinsics and the same response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and
@@ -35,7 +35,7 @@ pub(crate) struct Prior<T: Scalar> {
     pub(crate) pairs: u32,
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
-    /// Usual share of inliers, and usual share of a second crowd.
+    /// Running means of the share of inliers and of [`crate::pair::evaluate::PairMeasurement::crowd`].
     pub(crate) shares: [T; 2],
     /// Fading sums of the matches of high leverage with residuals within 2 units of the loss, and from 2 to 4 units.
     pub(crate) high_leverage: [T; 2],
@@ -54,7 +54,8 @@ impl<T: Scalar> Prior<T> {
         high_leverage: [T::ZERO; 2],
     };
 
-    /// Returns whether the noise is plausible as a part of the equations, and whether the response keeps their digits.
+    /// Returns whether the noise of disparities is plausible as a part of the equations, and whether the moments of the
+    /// prior keep the digits of the information ([`Response::keeps_digits_of`]).
     #[inline(never)]
     fn is_consistent(&self) -> bool {
         let Self { equations: BiasedEquations { normal, noise }, response, .. } = self;
@@ -74,7 +75,7 @@ impl<T: Scalar> Prior<T> {
 pub(crate) struct Learned<T: Scalar> {
     /// The champion.
     pub(crate) prior: Prior<T>,
-    /// [`LensReference::numbers`]; `changes` is the number of changes of the lens correction.
+    /// Numbers of [`LensReference::numbers`]; `changes` is the number of changes of the lens correction.
     lens: [T; 6],
     pub(crate) changes: u8,
     vibration: KnownVibration<T>,

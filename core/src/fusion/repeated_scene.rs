@@ -1,5 +1,5 @@
 //! Detection of repeated scenes (`ESTIMATOR.md`, section 14). A standing vehicle may send the same matches for minutes,
-//! outliers included. All these pairs together are only one measurement.
+//! outliers included. All these pairs together count as one measurement.
 
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
@@ -14,7 +14,8 @@ pub(super) enum Seen {
     New,
     /// The same scene, measured again.
     Repeated,
-    /// The same matches as before, not measured again.
+    /// The same scene, with nearly all matches at the same coordinates in steps of a quarter of a pixel: a copy of the
+    /// last fused pair.
     Copied,
 }
 
@@ -33,7 +34,7 @@ pub(super) struct RepeatedScene {
     at_hand: Sampled,
 }
 
-/// Samples, with a length of 8 bits: if a fault overwrites the memory, a wrong length still gives a slice.
+/// Samples. The length has 8 bits, so that the slice has a valid size even if a fault has overwritten the length.
 type Sampled = heapless::Vec<[u16; 3], REMEMBERED, u8>;
 
 impl RepeatedScene {
@@ -45,7 +46,8 @@ impl RepeatedScene {
         [&self.remembered, &self.at_hand].into_iter().all(|sampled| sampled.len() <= REMEMBERED)
     }
 
-    /// Compares a batch with the scene of the last fused pair. The batch may be compared again before it is fused.
+    /// Compares a batch with the scene of the last fused pair. Does not change this scene, so the batch may be compared
+    /// again before it is fused.
     #[inline(never)]
     pub(super) fn compare<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) -> Seen {
         let scale = focal * T::lit(REMEMBERED_STEPS_PER_PX);
@@ -72,8 +74,8 @@ impl RepeatedScene {
         self.remembered.clone_from(&self.at_hand);
     }
 
-    /// Returns the number of remembered correspondences that a batch contains, and the number that have not moved at
-    /// all.
+    /// Returns the number of remembered correspondences that a batch contains, and the number whose coordinates are the
+    /// same in whole steps.
     ///
     /// * `scale`: coordinate steps per unit at unit depth.
     fn seen_again<T: Scalar>(&self, pairs: &[RayPair<T>], scale: T) -> [u32; 2] {
@@ -117,8 +119,8 @@ impl RepeatedScene {
     }
 }
 
-/// Remembered correspondences by one coordinate: 16 periodic buckets of 8 px, each a set with one bit per
-/// correspondence.
+/// Remembered correspondences by one coordinate, in 16 buckets of 8 px that repeat every 128 px. Each bucket is a set
+/// with one bit per correspondence.
 struct Buckets([u32; 16]);
 
 impl Buckets {

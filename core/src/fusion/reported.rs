@@ -32,7 +32,8 @@ impl<T: Scalar> Fusion<T> {
         let hypothesis = self.hypotheses.reported()?;
         let covariance = hypothesis.reported_covariance(context)?;
         let with_lens = self.with_lens(hypothesis, &covariance, context);
-        // An uncertain lens cannot reduce a variance, so an estimate that violates this is not reported.
+        // An uncertain lens cannot reduce a variance. An estimate in which it halves one is numerically wrong, and is
+        // not reported.
         let WithLens { covariance: wide, .. } = with_lens.as_ref()?;
         let mut variances = wide.diagonal().into_iter().zip(covariance.diagonal());
         if !variances.all(|(wide, given)| wide * T::lit(2.0) >= given) {
@@ -246,7 +247,8 @@ fn turned<T: Scalar>(rows: &RectifyingRotations<T>, turn: T) -> Option<Extrinsic
     rows.stepped(&(Vector3::y() * turn), &Vector2::zeros())?.extrinsics().ok()
 }
 
-/// Returns the doubts about a hypothesis that follow from a second crowd of matches and from the image halves.
+/// Returns the doubts about a hypothesis that follow from matches on one side of the peak
+/// ([`Hypothesis::second_crowd`]) and from the image halves.
 ///
 /// * `exact`: whether the lens models count as exact. Otherwise halves that disagree only widen the standard
 ///   deviations.
@@ -259,8 +261,8 @@ fn doubts<T: Scalar>(hypothesis: &Hypothesis<T>, exact: bool) -> Reasons {
         .with(Reason::Biased, exact && disagreement > biased)
 }
 
-/// Returns whether the baseline in use differs from the estimate by more than chance, by its squared Mahalanobis
-/// distance.
+/// Returns whether the squared Mahalanobis distance of the baseline in use from the estimate exceeds chance
+/// ([`SIGNIFICANT_BASELINE`]).
 ///
 /// * `covariance`: covariance of the estimate, rad^2.
 fn baseline_differs<T: Scalar>(

@@ -1,5 +1,5 @@
-//! Rotations of the baseline that are tried before the first champion (`ESTIMATOR.md`, section 13). They correspond to
-//! the most common mistakes in a rig file and in a matcher.
+//! Rotations of the baseline that are tried before the first champion (`ESTIMATOR.md`, section 13). If a pair fits with
+//! one of them, the rig file or the matcher has a common mistake, for instance exchanged images.
 
 use nalgebra::{Unit, Vector3};
 

@@ -112,7 +112,8 @@ impl<T: Scalar> Camera<T> {
         &self.lens
     }
 
-    /// Returns the largest `x y` in the image, at unit depth without distortion, dimensionless.
+    /// Returns the largest magnitude of `x y` of a ray in the image, at unit depth, dimensionless. Distortion is
+    /// ignored.
     pub(crate) fn corner(&self) -> T {
         let Intrinsics { focal, principal, size } = &self.intrinsics;
         let axes = focal.iter().zip(principal).zip(size);
@@ -253,7 +254,7 @@ mod tests {
 
     #[test]
     fn distortion_matches_opencv() {
-        // The formulas of OpenCV's documentation at (0.3, -0.2).
+        // Evaluates the formulas of OpenCV's documentation at (0.3, -0.2).
         let [_, brown, _, fisheye, rational] = lenses::<f64>();
         let expect = |lens: Lens<f64>, x: f64, y: f64| {
             let [u, v] = camera(lens).pixel(Vector2::new(0.3, -0.2)).unwrap();

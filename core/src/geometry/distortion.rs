@@ -1,5 +1,5 @@
-//! Common parts of the lens models: range of the coefficients, fold of the distortion, a Newton step of its inverse,
-//! serde.
+//! Common parts of the lens models: range of the coefficients, fold of the distortion, Newton step of an undistortion,
+//! and serialisation.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -32,7 +32,8 @@ pub(super) fn first_fold<T: Scalar>(slope: &dyn Fn(T) -> T, limit: T) -> T {
     low
 }
 
-/// Returns the Newton step of an undistortion; `None` where the Jacobian determinant of the distortion is not positive.
+/// Returns the Newton step of an undistortion, to be subtracted from the undistorted point. `None` if the determinant
+/// of the Jacobian is not positive.
 ///
 /// * `error`: distorted point minus the given point, dimensionless.
 /// * `j`: Jacobian of the distortion.

@@ -53,11 +53,12 @@ impl<T: Scalar> Extrinsics<T> {
 
     /// Returns extrinsics with the rotation nearest to `r` and the direction of `t`.
     ///
-    /// * `r`: left to right camera frame, orthonormal to about 0.1 in its elements.
+    /// * `r`: left to right camera frame, within about 0.1 of a rotation ([`so3::nearest_rotation`]).
     /// * `t`: position of the left camera in the right camera frame, any unit.
     ///
     /// # Errors
-    /// [`ExtrinsicsError`]: no rotation, no direction, or a baseline along an optical axis.
+    /// [`ExtrinsicsError`]: `r` is not a rotation, `t` has no direction, or the baseline is within 6 degrees of an
+    /// optical axis.
     pub fn try_new(r: &Matrix3<T>, t: &Vector3<T>) -> Result<Self, ExtrinsicsError> {
         let rotation = so3::nearest_rotation(r).ok_or(ExtrinsicsError::NotARotation)?;
         // Scaled first, because the square of a tiny or huge component under- or overflows.
@@ -126,7 +127,7 @@ impl<T: Scalar + defmt::Format> defmt::Format for Extrinsics<T> {
     }
 }
 
-/// `R` row by row, and `t`.
+/// Serialised form: `R` row by row, and `t`.
 #[cfg(feature = "serde")]
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Plain<T> {

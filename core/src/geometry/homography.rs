@@ -12,7 +12,7 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_DEPTH;
 
-/// Points sampled along each border of an image.
+/// Number of equal parts into which the sampled points divide each border of an image.
 const BORDER_SAMPLES: u16 = 16;
 
 /// The common camera of both rectified views: one focal length, no distortion.

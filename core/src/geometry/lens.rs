@@ -117,7 +117,7 @@ impl<T: Scalar> Lens<T> {
 )]
 pub struct RadialTangential<T> {
     coefficients: [T; 5],
-    /// Squared radius at which the slope of the radial polynomial vanishes.
+    /// Squared undistorted radius at which the slope of the distorted radius vanishes, at most [`MAX_TANGENT`] squared.
     fold_squared: T,
 }
 
@@ -180,8 +180,8 @@ impl<T: Scalar> RadialTangential<T> {
         )
     }
 
-    /// Undistorts by Newton's method, which starts at the distorted point, or at a point inside the fold on the same
-    /// line.
+    /// Undistorts by Newton's method. It starts at the distorted point. If that is beyond the fold, it starts inside
+    /// the fold, in the same direction from the centre.
     fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let squared = d.norm_squared();
         let mut p = if squared < self.fold_squared {

@@ -38,14 +38,15 @@ impl<T: Scalar> LensCorrection<T> {
         Self { focal: self.focal + other.focal, k1: self.k1 + other.k1 }
     }
 
-    /// Returns the change of right rays from this correction to another.
+    /// Returns the change of the right rays when this correction is replaced by another.
     pub(crate) fn change_to(&self, other: &Self) -> RayChange<T> {
         let scale = (T::ONE + self.focal) / (T::ONE + other.focal);
         RayChange { scale, k1: other.k1 - self.k1 }
     }
 }
 
-/// Change of the right rays when the lens model changes: exact in the focal length, of first order in `k1`.
+/// Change of the right rays when the lens model changes. For a pinhole camera it is exact in the focal length, and of
+/// first order in `k1`. For other lenses it is approximate.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RayChange<T> {
     scale: T,
@@ -53,7 +54,7 @@ pub(crate) struct RayChange<T> {
 }
 
 impl<T: Scalar> RayChange<T> {
-    /// Returns a ray at unit depth with the new lens model.
+    /// Returns the ray with the new lens model, at unit depth, for a `ray` with the old model.
     pub(crate) fn of(&self, ray: Vector2<T>) -> Vector2<T> {
         ray * (self.scale * (T::ONE - self.k1 * ray.norm_squared()))
     }

@@ -1,7 +1,7 @@
 //! Geometry of the rig beyond [`Camera`](crate::Camera) and [`Extrinsics`](crate::Extrinsics): lens models,
 //! rectification, rotations, error metrics, and the error types of these operations.
 //!
-//! Frames: x right, y down, z forward. Rays at unit depth, dimensionless; pixels in px, angles in rad.
+//! Frames have x right, y down, z forward. Rays are at unit depth and dimensionless, pixels are in px, angles in rad.
 
 pub(crate) mod camera;
 mod distortion;

@@ -1,4 +1,4 @@
-//! Rational lens model of OpenCV: the radial polynomial over a second one.
+//! Rational lens model of OpenCV: the radial factor is the quotient of two polynomials.
 //!
 //! Calibrations with `cv::CALIB_RATIONAL_MODEL` and the factory files of some stereo cameras use this model. Points are
 //! normalised image coordinates (unit depth), dimensionless. The model ends where its slope vanishes, or where its
@@ -50,8 +50,8 @@ impl<T: Scalar> Rational<T> {
         self.coefficients
     }
 
-    /// Returns the lens with `by s` added to its `g`. The product with the denominator has a term of `s^4`, which is
-    /// left out.
+    /// Returns the lens with `by * s` added to its `g`. The numerator then gains the product of `by * s` and the
+    /// denominator. The term of `s^4` in this product is left out, because the model has no such term.
     pub(super) fn corrected(&self, by: T) -> Result<Self, CameraError> {
         let [k1, k2, p1, p2, k3, k4, k5, k6] = self.coefficients;
         Self::try_new([k1 + by, k2 + by * k4, p1, p2, k3 + by * k5, k4, k5, k6])
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn without_a_denominator_it_is_the_radial_tangential_lens() {
+    fn a_rational_lens_without_a_denominator_is_the_radial_tangential_lens() {
         let brown = RadialTangential::try_new([-0.28, 0.04, 1e-3, -1e-4, 0.11]);
         let same = Rational::try_new([-0.28, 0.04, 1e-3, -1e-4, 0.11, 0.0, 0.0, 0.0]).unwrap();
         let [a, b] = [Lens::RadialTangential(brown.unwrap()), Lens::Rational(same)];

@@ -1,4 +1,4 @@
-//! The two rectifying rotations and the extrinsics they are equivalent to (eqs 6-8).
+//! The two rectifying rotations, and their conversion from and to extrinsics (eqs 6-8).
 //!
 //! The rotations have six parameters, the extrinsics five: a common rotation about the baseline leaves all row offsets
 //! as they are. The gauge `r_r2 . i_3 = 0` (eq 8) fixes this rotation.
@@ -91,8 +91,8 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// * `baseline`: rotation of both views about the rectified y and z axes, rad; it moves `t` by
     ///   `(0, baseline_z, -baseline_y)` in the rectified frame.
     ///
-    /// `None` if a view turns by more than 1.5 rad or the gauge is not defined after the step. Out of line, so that its
-    /// temporaries are not on the caller's stack.
+    /// `None` if a view turns by more than 1.5 rad, or if the step moves the baseline to within 6 degrees of the right
+    /// optical axis. Out of line, so that its temporaries are not on the caller's stack.
     #[inline(never)]
     pub(crate) fn stepped(&self, rotation: &Vector3<T>, baseline: &Vector2<T>) -> Option<Self> {
         let right = Vector3::new(baseline.y * self.gauge_slope(), baseline.x, baseline.y);
@@ -140,8 +140,8 @@ impl<T: Scalar> RectifyingRotations<T> {
         m.m13 / m.m33
     }
 
-    /// Rotates both views about the baseline so that `r_r2 . i_3 = 0` holds up to rounding; returns `None` near the
-    /// pole, where the baseline is along the optical axis.
+    /// Rotates both views about the baseline so that `r_r2 . i_3 = 0` holds up to rounding. `None` if the baseline is
+    /// within 6 degrees of the right optical axis, along which the gauge is not defined.
     fn regauged(&self) -> Option<Self> {
         let m = self.right.matrix();
         let lateral = (m.m23 * m.m23 + m.m33 * m.m33).sqrt();

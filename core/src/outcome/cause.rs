@@ -1,4 +1,4 @@
-//! The likeliest mistake in rig file or matcher, judged by pairs and matches.
+//! The likeliest mistake in rig file or matcher, as pairs and matches show it.
 
 use crate::error::Rejection;
 use crate::thresholds::{CAUSE_SHARE, MIN_AGREED};
@@ -11,9 +11,10 @@ use crate::thresholds::{CAUSE_SHARE, MIN_AGREED};
 pub enum Cause {
     /// The points are behind the cameras.
     Reversed,
-    /// Disparities run along the columns, and matches are seen all over the image.
+    /// Disparities run along the columns, and nothing shows that u and v are exchanged.
     Upright,
-    /// Disparities run along the columns, and all matches are within the square that u and v have in common.
+    /// Disparities run along the columns, some pixels were refused, and all accepted matches are within the square that
+    /// an image and its transpose have in common.
     Transposed,
     /// Most matches have the same motion between the images, and nothing shows depth.
     SameImage,
@@ -61,7 +62,7 @@ pub(crate) struct Causes {
 impl Causes {
     pub(crate) const NONE: Self = Self { pairs: [0; 9] };
 
-    /// Counts a pair that shows a cause. Old pairs fade.
+    /// Counts a pair that shows a cause. All counts are halved when one reaches its largest value, so old pairs fade.
     pub(crate) fn add(&mut self, cause: Cause) {
         let index = usize::from(cause.code()).wrapping_sub(1);
         if let Some(count) = self.pairs.get_mut(index) {
@@ -73,9 +74,9 @@ impl Causes {
     }
 
     /// Returns the likeliest cause, from the fourth pair on. A cause is possible if more than one in [`CAUSE_SHARE`]
-    /// pairs shows it. A quarter turn wins over all other causes, because some of its pairs fit with the points behind
-    /// the cameras. [`Cause::Mismatches`] loses against all other causes, because a pair without agreement fits any
-    /// cause. Otherwise the number of pairs decides.
+    /// pairs shows it. [`Cause::Upright`] and [`Cause::Transposed`] win over all other causes, because pairs with one
+    /// of these mistakes may also fit with the points behind the cameras. [`Cause::Mismatches`] loses against all other
+    /// causes, because any mistake also causes pairs without agreement. Otherwise the number of pairs decides.
     pub(crate) fn likeliest(&self) -> Option<Cause> {
         let pairs: u32 = self.pairs.iter().map(|count| u32::from(*count)).sum();
         let enough = |(_, count): &(Cause, u8)| u32::from(*count) * CAUSE_SHARE > pairs;
@@ -103,7 +104,8 @@ impl Cause {
 
     /// Returns the mistake that an unsolved pair shows; `None` if the matches are not at fault.
     ///
-    /// * `transposed`: whether all matches are in the square that u and v have in common.
+    /// * `transposed`: whether pixels were refused, and all accepted matches are in the square that an image and its
+    ///   transpose have in common.
     /// * `alike`: whether most matches have the same motion between the images.
     pub(crate) fn of_unsolved(why: Rejection, transposed: bool, alike: bool) -> Option<Self> {
         let cause = match why {

@@ -55,7 +55,7 @@ pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
 #[non_exhaustive]
 pub struct Health<T: Scalar> {
     /// RMS row offset of the extrinsics in use, px; 0 is perfect. Row offsets far beyond the median are clipped,
-    /// because a mismatch that lies near its row under one calibration may lie anywhere under the other.
+    /// because a mismatch that fits one calibration by chance may have any row offset under the other.
     pub in_use_px: T,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: T,
@@ -66,17 +66,17 @@ pub struct Health<T: Scalar> {
     pub fit_in_use: u32,
     /// Matches within the screening threshold under the proposed extrinsics. Both RMS values are over these matches.
     pub fit_proposed: u32,
-    /// Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image. The other
-    /// cells do not test the fit.
+    /// Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image. In the
+    /// other cells nothing tests the calibration.
     pub coverage: T,
     /// Rating of the extrinsics in use.
     pub band: Band,
-    /// Whether the estimate is confirmed.
+    /// Reliability of the estimate.
     pub state: State,
     /// Row offset, px, that the apparent yaw of the lenses ([`Proposal::lens_yaw`]) leaves in the image corner that is
-    /// furthest from the principal point. Extrinsics that are right for depth leave row offsets of `a x y`, so both RMS
-    /// values exclude them. A matcher that searches along rows meets these offsets, unless its rectification removes
-    /// them.
+    /// furthest from the principal point. Extrinsics that are right for depth leave row offsets of `a x y` for an
+    /// apparent yaw `a`, so both RMS values exclude these offsets. A matcher that searches along rows meets these
+    /// offsets, unless its rectification removes them.
     pub corner_px: T,
     /// Expected error of the yaw in use, rad: root of the sum of its squared distance from the estimate and the
     /// variance of the estimate.
@@ -86,10 +86,10 @@ pub struct Health<T: Scalar> {
     /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. If there is one,
     /// the numbers above say nothing about the calibration in use.
     pub cause: Option<Cause>,
-    /// Range readings ([`crate::Calibrator::push_witness`]) since the last reset that contradicted the yaw: they were
-    /// refused, or they wait for further ones that agree. Saturates.
+    /// Number of range readings ([`crate::Calibrator::push_witness`]) since the last reset that contradicted the yaw:
+    /// they were refused, or they had to wait for further readings that agree. Saturates.
     pub contradicting_ranges: u16,
-    /// As [`Health::contradicting_ranges`], for tracked matches.
+    /// The same number for motions of tracked matches.
     pub contradicting_motions: u16,
     /// Reasons not to rely on the calibration in use; [`Health::may_arm`] answers an arming check. Vibration
     /// ([`Proposal::vibration`]) increases both RMS values, but does not count in the arming check.
@@ -111,13 +111,13 @@ pub(crate) struct LastPair {
     pub(crate) contradicting: [u16; 2],
 }
 
-/// Why there is no health, with the likeliest mistake in rig file or matcher. A mistake is named once four pairs since
-/// the last lock have shown one.
+/// Why there is no [`Health`], with the likeliest mistake in rig file or matcher. A mistake is named once four pairs
+/// since the last lock have shown one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum NoHealth {
-    /// No pair has been fused.
+    /// There is no estimate: no pair has been fused, or the fused pairs give no valid one.
     #[error("no pair has been fused")]
     NoEstimate(Option<Cause>),
     /// No match of the last pair fits the estimate.
@@ -136,7 +136,8 @@ impl NoHealth {
 }
 
 /// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs by a
-/// tenth and by more than chance. Noise of the matcher does not count as an error of the calibration.
+/// tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. Noise of the
+/// matcher does not count as an error of the calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -213,7 +214,7 @@ impl<T: Scalar> Health<T> {
     ///
     /// * `rays`: correction of the cameras that the rays of the batch belong to.
     /// * `focal`: mean focal length, px.
-    /// * `corner`: largest `x y` in the image, at unit depth, dimensionless.
+    /// * `corner`: largest product `x y` of a ray of the right image, at unit depth, dimensionless.
     /// * `screen_px`: largest row offset of a match that fits, px.
     // Out of line, so that its stack is separate from the stack of the proposal.
     #[inline(never)]
@@ -230,7 +231,8 @@ impl<T: Scalar> Health<T> {
             .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
         let in_use = RectifyingRotations::from(&in_use.extrinsics);
         let proposed = RectifyingRotations::from(&proposal.extrinsics);
-        // Row offsets from the apparent yaw of the lens count against neither calibration.
+        // Both calibrations are turned by the apparent yaw of the lens, so that its row offsets count against neither
+        // of them.
         let of_rows = [with_lens(&in_use, proposal)?, with_lens(&proposed, proposal)?];
         let fit = Fit::of(batch, &of_rows, &changes, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
@@ -265,7 +267,8 @@ impl<T: Scalar> Health<T> {
     }
 }
 
-/// Returns the rotations of the mount, turned by the apparent yaw of the lens, so that the rows agree in the images.
+/// Returns rectifying rotations after a turn by the apparent yaw of the lens. With the yaw of the mount alone, the rows
+/// of the images differ by `a x y`.
 fn with_lens<T: Scalar>(
     mount: &RectifyingRotations<T>,
     proposal: &Proposal<T>,

@@ -14,7 +14,7 @@ pub struct Finding<T> {
     /// Estimated error: the true value minus the given value.
     pub value: T,
     /// Standard deviation of the value; at first the standard deviation of the prior. It includes a sixth of the value,
-    /// because the weights of the matches assume the given lens and may hide this part of an error.
+    /// because the weights of the matches were computed with the given lens and may hide this part of an error.
     pub sd: T,
 }
 
@@ -25,7 +25,8 @@ impl<T: Scalar> Finding<T> {
     }
 }
 
-/// Errors of the given lens models that pairs show. They do not correct the extrinsics.
+/// Errors of the given lens models that pairs show. Only [`crate::LensTracking::Compensate`] corrects the extrinsics
+/// for them, namely for the differences of focal length and `k1`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -50,8 +51,8 @@ impl<T: Scalar> LensEstimate<T> {
         [focal, k1, k1_mean, p1, principal_x_px].into_iter().any(Finding::is_significant)
     }
 
-    /// Returns whether a parameter that is not compensated has a larger error than any calibration leaves. If the row
-    /// offsets are poor, an error above the standard deviation of the prior is enough.
+    /// Returns whether the mean `k1` or `p1` has a larger error than any calibration leaves; neither is compensated. If
+    /// the row offsets are poor, an error above the standard deviation of the prior is enough.
     ///
     /// * `rows_px`: RMS row offset of a pair about its own optimum, px.
     pub(crate) fn is_gross(&self, prior: &LensPrior, rows_px: T) -> bool {
@@ -64,8 +65,8 @@ impl<T: Scalar> LensEstimate<T> {
 }
 
 impl<T: Scalar> fmt::Display for LensEstimate<T> {
-    /// Writes the parameters that exceed three standard deviations: `focal lengths differ by 0.20 % +- 0.02 %, ...`;
-    /// `as given` without any.
+    /// Writes the parameters that exceed three standard deviations: `focal lengths differ by 0.200 % +- 0.020 %, ...`;
+    /// `as given` if no parameter does.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { focal, k1, k1_mean, p1, principal_x_px } = self;
         let percent = T::lit(100.0);

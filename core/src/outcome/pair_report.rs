@@ -27,10 +27,10 @@ pub struct PairReport<T: Scalar> {
     pub usable: u32,
     /// Number of correspondences that are left out, because they are not in front of both rectified cameras.
     pub skipped: u32,
-    /// Number of usable correspondences that fit the solution: within 3 Huber thresholds (paper preset) or within
-    /// Tukey's limit (robust preset).
+    /// Number of usable correspondences that fit the solution and are in front of both cameras at the start. They fit
+    /// within 3 Huber thresholds (paper preset) or within Tukey's limit (robust preset).
     pub screened: u32,
-    /// Cost at the start under the loss of the solution, px^2.
+    /// Cost at the start, computed with the loss of the solution, px^2.
     pub cost_before: T,
     /// Cost at the solution, px^2.
     pub cost_after: T,
@@ -91,11 +91,12 @@ impl<T: Scalar> fmt::Display for Outcome<T> {
 pub enum Fused {
     /// The pair is part of the estimate.
     Added,
-    /// The pair shows the same scene as the pair before it, and adds nothing.
+    /// The pair shows the same scene as the pair fused before it, and adds nothing.
     Repeated,
     /// The pair disagrees with the estimate, and is part of the challenger.
     KeptApart,
-    /// The pair is part of the estimate, and the last pairs have replaced the older ones: the rig drifts.
+    /// The pair is part of the estimate, and the last pairs have replaced the older ones: the rig has drifted, or has
+    /// moved by less than a single pair shows.
     Renewed,
     /// The challenger, with this pair, has become the estimate.
     TookOver,

@@ -64,14 +64,14 @@ pub struct Proposal<T: Scalar> {
     /// Always true in the paper preset, which fuses only pairs that observe it.
     pub baseline_observed: bool,
     /// Whether the pairs fit the estimate clearly better than the calibration in use: their RMS row offset is smaller
-    /// by a tenth, and the two differ by more than chance. `None` in the paper preset, and where the calibration in use
-    /// has other cameras ([`crate::LensTracking::Compensate`]), because the sums over the pairs cannot compare the two
-    /// then.
+    /// by a tenth, and the two differ by more than chance. `None` in the paper preset. `None` also if the calibration
+    /// in use or the estimate belongs to other cameras than the rays of the pairs
+    /// ([`crate::LensTracking::Compensate`]), because the sums over the pairs cannot compare the two then.
     pub improves: Option<bool>,
-    /// Whether pairs have confirmed `R`; `baseline_observed` says whether they have confirmed `t`. The paper preset is
-    /// locked from the first pair on.
+    /// Reliability of `R`; `baseline_observed` tells whether pairs have determined `t`. The paper preset is locked from
+    /// the first pair on.
     pub state: State,
-    /// Reasons to doubt the matches that do not follow from the other fields.
+    /// Reasons to doubt the matches. They do not follow from the other fields.
     pub(crate) doubts: Reasons,
     /// Motion of the rig about the estimate from pair to pair; always [`Vibration::NONE`] in the paper preset.
     pub vibration: Vibration<T>,
@@ -102,8 +102,8 @@ impl<T: Scalar> Proposal<T> {
         }
     }
 
-    /// Returns whether no pair has observed the baseline, and the roll between the cameras is 0 to within chance. The
-    /// same image on both sides always gives this; a rig that looks at infinity rarely does.
+    /// Returns whether pairs have not determined the baseline, and the roll between the cameras is 0 to within chance.
+    /// This always holds for the same image on both sides, and rarely for a rig that looks at infinity.
     fn shows_one_image(&self) -> bool {
         let roll = (self.extrinsics.rotation().matrix().m21
             - self.extrinsics.rotation().matrix().m12)

@@ -10,8 +10,9 @@ use core::fmt;
 pub enum Reason {
     /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
     NotLocked,
-    /// A second calibration, whose rows differ, fits nearly the same number of matches: a fence, or a reflection.
-    /// Forbids arming, and nothing is applied until the view has changed.
+    /// Matches with other row offsets agree with a second calibration, and are nearly as many as the matches that fit
+    /// the estimate: for instance a fence, or a reflection. Forbids arming, and nothing is applied until the view has
+    /// changed.
     SecondMode,
     /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact
     /// ([`crate::Config::without_lens_prior`]): the matches of an image region share a bias. Forbids arming, and
@@ -29,16 +30,16 @@ pub enum Reason {
     Lens,
     /// The pairs have not determined the baseline direction: the baseline in use is kept.
     Baseline,
-    /// The last pair showed the same scene as the pair before it, and adds no evidence.
+    /// The last pair showed the same scene as the pair fused before it, and adds no evidence.
     Repeated,
-    /// Paper preset: the rotation is so near the identity, or a half turn, that its axis is noise.
+    /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise.
     Axis,
     /// No witness has measured the yaw of the mount, and rows do not separate it from the apparent yaw of the lens: the
     /// deviations of yaw and of depth include both yaws.
     Yaw,
 }
 
-// Bits of a set.
+// Each code is one bit, so that a set is a sum of codes.
 codes! {
     Reason {
         NotLocked = 1, Misaligned = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,

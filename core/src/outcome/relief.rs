@@ -29,8 +29,8 @@ impl<T: Scalar> Relief<T> {
         self.excess > by_chance.max(T::lit(RELIEF_SHARE) * self.matches)
     }
 
-    /// Returns the test after a restart. If depth was shown before, few matches show it now, so that a few pairs
-    /// without depth revoke it.
+    /// Returns the test after a restart. If depth was shown before, the test starts with [`RELIEF_KEPT`] matches that
+    /// show it. A few pairs without depth outweigh this number.
     pub(crate) fn kept(is_shown: bool) -> Self {
         if !is_shown {
             return Self::NONE;
@@ -45,14 +45,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_excess_beyond_chance_is_shown_and_fades_without_more() {
+    fn an_excess_beyond_chance_shows_depth_and_fades_without_further_excess() {
         let mut relief = Relief::<f32>::NONE;
         assert!(!relief.is_shown());
         relief.add([55.0, 250.0]);
         assert!(!relief.is_shown());
         relief.add([42.0, 250.0]);
         assert!(relief.is_shown());
-        // Noise alone from here on.
+        // From here on, the pairs have noise alone.
         let pairs = (1..100).find(|_| {
             relief.add([0.0, 250.0]);
             !relief.is_shown()
@@ -68,7 +68,7 @@ mod tests {
     }
 
     #[test]
-    fn a_restart_keeps_it_until_pairs_take_it_back() {
+    fn a_restart_keeps_shown_depth_until_pairs_without_depth_revoke_it() {
         let mut kept = Relief::<f32>::kept(true);
         assert!(kept.is_shown() && !Relief::<f32>::kept(false).is_shown());
         (0..12).for_each(|_| kept.add([0.0, 250.0]));

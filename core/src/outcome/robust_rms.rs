@@ -1,4 +1,4 @@
-//! RMS with large values clipped, so that a few mismatches do not decide it.
+//! RMS with large values clipped, so that a few mismatches do not dominate it.
 
 use crate::scalar::Scalar;
 use crate::thresholds::{CLIPPED_LEVELS, ROW_LEVELS};
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn it_is_the_rms_where_no_size_is_far_beyond_the_median() {
+    fn the_robust_rms_is_the_rms_if_no_offset_is_far_beyond_the_median() {
         assert_eq!((rms(&[]), rms(&[0.0; 9]), rms(&[0.5])), (0.0, 0.0, 0.5));
         for scale in [1e-3, 0.03, 0.4, 1.0, 25.0, 700.0] {
             let all: Vec<_> = normal(200).iter().map(|x| scale * x).collect();
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_fiftieth_of_mismatches_of_any_size_raises_it_by_less_than_a_third() {
+    fn mismatches_of_any_size_raise_the_rms_by_less_than_a_third_if_they_are_a_fiftieth() {
         for scale in [0.03, 0.4, 1.0, 3.0] {
             let mut all: Vec<_> = normal(200).iter().map(|x| scale * x).collect();
             let clean = rms(&all);

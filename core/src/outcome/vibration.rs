@@ -7,7 +7,7 @@ use crate::scalar::Scalar;
 
 /// Motion of the rig from one pair to the next about a constant mean, rad RMS; 0 if the pairs show no vibration.
 ///
-/// The estimate is the mean; the extrinsics of a single pair are off by this much. No calibration can follow a
+/// The estimate is the mean; the extrinsics of a single pair differ from it by this much. No calibration can follow a
 /// vibration. Remedies: a stiffer mount, dampers, or better synchronised cameras.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

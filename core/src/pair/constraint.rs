@@ -1,12 +1,13 @@
-//! Epipolar constraint of a correspondence at a pose, its variance, and the derivatives of constraint and variance,
-//! without a division.
+//! Epipolar constraint of a correspondence at a pose, its variance, and the derivatives of constraint and variance.
+//! They are computed without a division.
 //!
 //! Rectified rays `a = R_l p_l`, `b = R_r p_r` give the constraint `C = y_a z_b - z_a y_b`, which is the row offset of
 //! eq 11 times `z_a z_b`. If the four image coordinates at unit depth have unit variance, `C` has to first order the
 //! variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`. Here `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and
 //! `g_b = R_l[2][2] y_b - R_l[1][2] z_b`. The gauge of eq 8 makes `R_r[1][2]` zero. `C / sqrt V` is the whitened
-//! residual (Sampson). No square root is needed, because only squares and products of whitened quantities occur:
-//! squares and products of the unwhitened quantities, divided by `V`. Derivation: `ESTIMATOR.md`, sections 2 to 4.
+//! residual (Sampson). No square root is needed, because only squares and products of whitened quantities occur. They
+//! are the squares and products of the unwhitened quantities, divided by `V`. Derivation: `ESTIMATOR.md`, sections 2
+//! to 4.
 
 use nalgebra::Matrix3;
 
@@ -60,7 +61,7 @@ impl<T: Scalar> PoseTerms<T> {
 }
 
 impl<T: Scalar> Constraint<T> {
-    /// Returns the constraint of a correspondence; `None` if a ray points behind a rectified camera.
+    /// Returns the constraint of a correspondence; `None` if a ray has a rectified depth below [`MIN_DEPTH`].
     ///
     /// * `[x_l, y_l, x_r, y_r]`: undistorted rays in the camera frames, unit depth.
     #[inline(always)]
@@ -127,7 +128,7 @@ impl<T: Scalar> Constraint<T> {
         let [_, [_, r_22, _], [_, r_32, r_33]] = frame.right;
         let (rows_l, rows_r) = (y_l * y_l, y_r * y_r);
         let (squared_l, squared_r) = (x_l * x_l + rows_l, x_r * x_r + rows_r);
-        // The lens correction scales the noise; each camera contributes half.
+        // A change of the lens changes `V` too. The share of each camera in `V` is taken as half.
         let scaled = |squared: T, rows: T| self.value * (rows - T::HALF * squared);
         let [_, _, _, down, disparity] = self.jacobian;
         [
@@ -261,7 +262,7 @@ mod tests {
         }
 
         #[test]
-        fn it_is_the_row_offset_times_the_depths_and_one_of_the_products_of_the_rays(
+        fn the_constraint_is_the_row_offset_times_the_depths_and_one_of_the_products_of_the_rays(
             (pose, rays) in scene()
         ) {
             let constraint = at(&pose, rays);
@@ -303,7 +304,7 @@ mod tests {
             let by_k1_l = difference(|k| of(left + z * (k * squared_l), right));
             let by_k1_r = difference(|k| of(left, right + z * (k * squared_r)));
             let by_p1 = difference(|p| of(left, right - along * p));
-            // Effect of the correction on the noise; each camera contributes half.
+            // Effect of the correction on `sqrt V`. The share of each camera in `V` is taken as half.
             let noise = |squared: f64, y: f64| constraint.value * (squared / 2.0 - y * y);
             let [.., k1_l, k1_r, p1] =
                 constraint.coordinates(&PoseTerms::at(&pose), rays);
@@ -321,7 +322,7 @@ mod tests {
         }
 
         #[test]
-        fn unit_noise_on_the_coordinates_gives_it_unit_deviation(
+        fn unit_noise_on_the_coordinates_gives_the_whitened_constraint_unit_deviation(
             (pose, [x, y, ..]) in scene(), disparity in 0.0..0.3_f64,
         ) {
             // On the epipolar line the residual is zero, so the derivative of `V` has no effect.

@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn a_clearly_higher_cost_is_rejected() {
         let mut descent = Descent::NEW;
-        assert!(descent.rejects(&point(f64::INFINITY)).is_none(), "no scale to compare at");
+        assert!(descent.rejects(&point(f64::INFINITY)).is_none(), "no point to compare with");
         descent.accept(point(10.0));
         assert_eq!(descent.rejects(&point(13.7)).map(|best| best.cost), Some(10.0));
         assert!(descent.rejects(&point(f64::NAN)).is_some());
@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn the_cost_of_the_prior_rises_with_the_way_from_the_start() {
+    fn the_cost_of_the_prior_rises_with_the_distance_from_the_start() {
         let prior = Information(crate::algebra::symmetric5::Symmetric5::of_diagonal([100.0; 5]));
         let moved = Vector5::new(0.1, 0.0, 0.0, -0.2, 0.0);
         let pose = RectifyingRotations::SIDE_BY_SIDE;

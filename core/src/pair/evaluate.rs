@@ -37,10 +37,12 @@ pub(crate) struct PairMeasurement<T: Scalar> {
     /// Share of the usable correspondences with residuals within 3 units of the loss; 0 if the near correspondences
     /// have almost no weight.
     pub(crate) inlier_share: T,
-    /// Share of the usable correspondences in a second crowd; positive or negative according to the sign of its
-    /// residuals.
+    /// Share of the usable correspondences in a second crowd, that is, in a group of matches that fit another pose: the
+    /// number of positive minus the number of negative residuals from 2 to [`crate::thresholds::CROWD`] units of the
+    /// loss, over the number of usable correspondences.
     pub(crate) crowd: T,
-    /// Numbers of correspondences of high leverage with residuals below 2 units of the loss, and from 2 to 4 units.
+    /// Numbers of correspondences in the separate class of high leverage ([`super::leverage::Leverage::is_separate`]),
+    /// with residuals below 2 units of the loss, and from 2 to 4 units.
     pub(crate) high_leverage: [T; 2],
 }
 
@@ -144,7 +146,7 @@ impl<T: Scalar> Evaluation<T> {
         }
     }
 
-    /// Counts a correspondence, and compares its residuals at start and pose. Returns its terms if it has weight.
+    /// Counts a correspondence, and compares its row offsets at start and pose. Returns its terms if it has weight.
     ///
     /// * `rays`: `x_l`, `y_l`, `x_r`, `y_r` at unit depth; `grid_step`: step of the matcher's grid, px.
     #[inline(always)]
@@ -236,13 +238,14 @@ impl<T: Scalar> EvaluatedPose<T> {
     }
 
     /// Returns whether most of the points that fit are clearly in front of the cameras. A scene at infinity fits any
-    /// baseline, so it fails this test.
+    /// baseline, but fails this test, because its disparities are only noise.
     pub(crate) fn is_clearly_in_front(&self) -> bool {
         let [ahead, _] = self.stats.sides;
         ahead > self.stats.near() * T::HALF
     }
 
-    /// Returns whether the residuals form a peak at zero, at a pose that is known from other pairs.
+    /// Returns whether the residuals form a peak at zero and come from a valid scene, at a pose that is known from
+    /// other pairs.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR)
@@ -252,9 +255,9 @@ impl<T: Scalar> EvaluatedPose<T> {
             && !self.measurement.moments.are_disparities_alike()
     }
 
-    /// Returns whether the matches that fit are the largest crowd. False if a second crowd on one side is larger, if no
-    /// match fits, or if the pose lies between two crowds: the pose may then follow a repeated structure such as a
-    /// fence.
+    /// Returns whether the inliers are the largest group of matches that fit one pose. False if a second crowd
+    /// ([`PairMeasurement::crowd`]) is larger, if no match fits, or if the pose lies between two groups. The pose may
+    /// then follow a repeated structure, such as a fence.
     fn is_largest_crowd(&self) -> bool {
         let PairMeasurement { crowd, inlier_share, .. } = self.measurement;
         inlier_share > T::ZERO && crowd.abs() <= inlier_share && !self.stats.is_hollow()

@@ -27,9 +27,9 @@ pub(crate) struct Iterate<T: Scalar> {
     pub(super) tukey: T,
     /// Limit on the leverage of a correspondence; `None` before the first limit is known.
     pub(super) leverage: Option<Leverage<T>>,
-    /// Effective number of unknowns that the correspondences and not the prior determine, 0 to 5.
+    /// Effective number of unknowns that are determined by the correspondences and not by the prior, 0 to 5.
     pub(super) fitted: T,
-    /// Smallest disparity of a weighted correspondence, unit depth; below zero.
+    /// Smallest disparity of a weighted correspondence, unit depth; below zero. An annealing ignores it.
     pub(super) min_disparity: T,
 }
 
@@ -92,7 +92,7 @@ mod tests {
             min_disparity: 0.0,
         };
         assert!((iterate.noise_of(24.0, 28.0) - 1.0).abs() < 1e-12);
-        // At least one degree of freedom is left, however few residuals there are.
+        // At least one degree of freedom is assumed, even for few residuals.
         assert!((iterate.noise_of(1.0, 4.0) - 1.0).abs() < 1e-12);
         assert_eq!(iterate.noise_of(0.0, 28.0), 0.15);
         assert_eq!(iterate.noise_of(-1.0, 28.0), 0.15);

@@ -15,7 +15,8 @@ pub(super) struct Leverage<T> {
     covariance: [T; 3],
     /// Largest share at which a correspondence keeps its full weight.
     limit: T,
-    /// Share above which leverage is high: the first limit of a track, rescaled as the covariance changes.
+    /// Share above which leverage is high. In a track this is the first limit, rescaled as the covariance changes; in a
+    /// search it equals `limit`.
     high: T,
 }
 
@@ -25,8 +26,9 @@ pub(super) struct Leverage<T> {
 pub(super) struct HighLeverage<T> {
     /// Numbers of residuals below 2 units of the loss, and from 2 to 4 units.
     pub(super) bands: [T; 2],
-    /// Sum of the square roots of the shares with residuals within 2 units; `inverse_roots` sums the inverse roots.
+    /// Sum of the square roots of the shares of the correspondences with residuals within 2 units.
     pub(super) roots: T,
+    /// Sum of the inverses of these square roots.
     pub(super) inverse_roots: T,
 }
 
@@ -42,9 +44,9 @@ impl<T: Scalar> HighLeverage<T> {
         self.inverse_roots += T::ONE / root;
     }
 
-    /// Returns the squared mean of the root shares with residuals within 2 units. `None` unless these correspondences
-    /// are inliers and form a class of their own, that is, unless the squared harmonic mean of their root shares is far
-    /// above `least`. A few large shares hardly change the harmonic mean.
+    /// Returns the squared mean of the root shares of the correspondences with residuals within 2 units. `None` unless
+    /// these correspondences are inliers and form a class of their own. They form one if the squared harmonic mean of
+    /// their root shares is above [`MIN_SEPARATION`] times `least`. A few large shares hardly change the harmonic mean.
     ///
     /// * `least`: share above which leverage is high; `trusted`: whether correspondences of high leverage were inliers
     ///   in the last pairs.
@@ -128,12 +130,13 @@ impl<T: Scalar> Leverage<T> {
         }
     }
 
-    /// Returns whether a share means high leverage.
+    /// Returns whether a correspondence with this share has high leverage.
     pub(super) fn is_high(&self, share: T) -> bool {
         self.high < share
     }
 
-    /// Returns whether a share is far enough above the limit of high leverage to belong to a separate class of matches.
+    /// Returns whether a share is above [`MIN_SEPARATION`] times the share of high leverage. Such correspondences form
+    /// a separate class.
     pub(super) fn is_separate(&self, share: T) -> bool {
         T::lit(MIN_SEPARATION) * self.high < share
     }
@@ -192,7 +195,8 @@ mod tests {
         let shares = rows.iter().map(|j| share(&baseline_block(&covariance), 2.0, j));
         let mean = shares.sum::<f64>() / 40.0;
         assert!((leverage.limit / (MAX_LEVERAGE * mean) - 1.0).abs() < 1e-12);
-        // The shares in the information on all five unknowns add up to 5; the baseline has two unknowns.
+        // The shares add up to the trace of a block of the covariance times the same block of the information. This
+        // trace is at least the size of the block, 2.
         assert!(mean * 40.0 >= 2.0 - 1e-12, "{mean}");
         let [j, ..] = rows;
         let [.., y, z] = j;
@@ -210,7 +214,7 @@ mod tests {
         for (excess, left) in [(0.5, 1.0), (1.0 - 1e-9, 1.0), (2.0, 0.25), (10.0, 0.01)] {
             let got = leverage.factor(excess * at_limit, &j).factor;
             assert!((got - left).abs() < 1e-6, "{excess}: {got}");
-            // A weight is the inverse of the residual variance.
+            // At three times the residual variance, a weight is a third.
             let grown = Leverage::of(&held, 40.0, &covariance, 3.0).unwrap();
             let same = grown.factor(excess * at_limit / 3.0, &j).factor;
             assert!((same - left).abs() < 1e-6, "{excess}: {same}");
@@ -218,7 +222,8 @@ mod tests {
         assert_eq!(leverage.factor(0.0, &j).factor, 1.0);
     }
 
-    /// Returns a class with residuals within 2 units at the given shares, and `beside` residuals from 2 to 4 units.
+    /// Returns a class of correspondences with the given shares and residuals within 2 units, and of `beside`
+    /// correspondences with residuals from 2 to 4 units.
     fn high(shares: &[f64], beside: f64) -> HighLeverage<f64> {
         let mut high = HighLeverage::NONE;
         high.bands = [0.0, beside];

@@ -1,7 +1,6 @@
 //! Loss functions and expected variance of a residual (`ESTIMATOR.md`, section 5).
 //!
-//! The expected variance is the variance of the matcher's noise plus the variance of rounding to its grid. Another loss
-//! only requires changes to this file.
+//! The expected variance is the variance of the matcher's noise plus the variance of rounding to its grid.
 
 use crate::scalar::Scalar;
 use crate::thresholds::{MIN_UNIT, NEAR};
@@ -9,7 +8,8 @@ use crate::thresholds::{MIN_UNIT, NEAR};
 /// Variance of a unit normal distribution cut off at [`NEAR`]: `1 - 4 phi(2) / (2 Phi(2) - 1)`.
 const TRUNCATED_VARIANCE: f64 = 0.7737;
 
-/// Outer edge of the band beside a peak, in units of the loss. The band begins at [`NEAR`] and is as wide as the peak.
+/// Outer edge of the band beside a peak, in units of the loss. The band begins at [`NEAR`], and is as wide as the peak
+/// on one side of zero.
 pub(super) const BESIDE: f64 = 2.0 * NEAR;
 
 /// Returns the Geman-McClure weight `1 / (1 + x)^2` for `x = (r / scale)^2`, dimensionless. It is smooth and wide, as
@@ -142,7 +142,7 @@ mod tests {
     }
 
     #[test]
-    fn inner_residuals_are_within_half_a_unit_and_what_rounding_leaves() {
+    fn inner_residuals_are_within_half_a_unit_and_an_allowance_for_rounding() {
         let inner = |step: f64, r: f64| ResidualVariance::of(0.25, step).is_inner(r * r);
         assert!(inner(0.0, 0.249) && !inner(0.0, 0.251));
         // With a step of 1 px the unit is 0.6 px, and the squared limit is 0.6^2 / 4 + 0.6^2.

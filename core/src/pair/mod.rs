@@ -6,8 +6,8 @@
 //! - [`constraint`]: residual, its variance and its derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a
 //!   residual.
 //! - [`pass`]: one loop over the batch, and its sums. [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss
-//!   of each pass. [`survey`]: first leverage limit of a track. [`solver`], [`descent`]: Levenberg-Marquardt steps.
-//!   [`proposal`]: second start of a search.
+//!   of each pass. [`survey`]: first limit on leverage of a track, first scale of a search. [`solver`], [`descent`]:
+//!   Levenberg-Marquardt steps. [`proposal`]: second start of a search.
 //! - [`evaluate`]: last pass, at the final pose. [`regions`], [`residual_stats`]: sums of the evaluation.
 //!
 //! Derivation: `ESTIMATOR.md`, sections 2 to 9.

@@ -34,7 +34,7 @@ pub(super) struct PassSums<T> {
     pub(super) near_squares: T,
     /// Robust cost of the correspondences in front of both cameras, in variances; summed only in a polish.
     pub(super) cost: T,
-    /// Histogram of residuals; counted only in a search, once its scale is small.
+    /// Histogram of residuals; counted in a search, except at scales above [`crate::thresholds::WIDE_SCALE_PX`].
     pub(super) levels: LevelCounts<T>,
     /// Correspondences of high leverage; counted only in a track.
     pub(super) high: HighLeverage<T>,

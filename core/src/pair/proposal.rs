@@ -32,12 +32,13 @@ pub(super) struct Rounds {
 }
 
 impl Rounds {
-    /// Plans [`ROUNDS`] rounds, or one if the annealing has seen no peak of residuals, as among wrong matches.
+    /// Plans [`ROUNDS`] rounds, or only one if the annealing has seen no peak of residuals. With many wrong
+    /// matches there may be no peak.
     pub(super) fn after_annealing(has_peak: bool) -> Self {
         Self { random: Random::NEW, left: if has_peak { ROUNDS } else { 1 }, moved: false }
     }
 
-    /// Runs one round. Returns the better pose and the step to it, rad, or `None`.
+    /// Runs one round. Returns a better pose and the step to it, rad; `None` if the round finds no better pose.
     ///
     /// * `by`: weighting at the pose; `scale`: scale of the score, px; `prior`: prior information on the pose, 1/rad^2.
     pub(super) fn take<T: Scalar>(
@@ -78,14 +79,15 @@ pub(super) fn is_small<T: Scalar>(usable: T) -> bool {
     usize::from(usable.to_u16()) <= SAMPLED
 }
 
-/// Returns the scale of a score and of the annealing after the second start, px.
+/// Returns the scale of the scores, and of the first annealed pass after the second start, px.
 ///
 /// * `noise`: standard deviation of a coordinate, px.
 pub(super) fn scale<T: Scalar>(noise: T) -> T {
     (T::lit(PROPOSAL_SCALE) * noise).max(T::lit(LEAST_SCALE_PX))
 }
 
-/// Returns the score of a pose less that of another, over all correspondences and without linearisation.
+/// Returns the score at the pose of `to` minus the score at the pose of `from`, over all correspondences and without
+/// linearisation.
 ///
 /// * `from`, `to`: weighting at each pose; `scale`: scale of the score, px.
 #[inline(never)]
@@ -149,7 +151,7 @@ fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows
     for pair in scattered_over(pairs, SAMPLED) {
         if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
             let root = by.precision(&constraint).sqrt();
-            // The sample fits the capacity.
+            // The vector has room for the whole sample.
             let _ = rows.push((constraint.value * root, constraint.jacobian.map(|j| j * root)));
         }
     }
@@ -170,7 +172,8 @@ fn through_sample<T: Scalar>(
     normal.with(prior).step()
 }
 
-/// Returns the step to the optimum near `start`, rad, with Geman-McClure's loss at `scale`, px.
+/// Returns `start` after [`IMPROVING_STEPS`] steps towards the optimum near it, with Geman-McClure's loss at `scale`,
+/// px. `start` and the result are steps from the pose of the rows, rad.
 fn improved<T: Scalar>(
     rows: &Rows<T>,
     start: Vector5<T>,
@@ -242,7 +245,8 @@ mod tests {
     }
 
     /// Returns the numbers of matches with residuals below 2 px, out of 30, at the level pose and after the rounds from
-    /// that pose. Half of the matches fit a pose `away` rows from the level pose; the other half has random rows.
+    /// that pose. Half of the matches fit a pose `away` px from the level pose; the row offsets of the other half are
+    /// scattered from 15 px to 201 px.
     fn fit_after_rounds(away: f64) -> [usize; 2] {
         let shift = |i: usize| {
             let k = f64::from(u8::try_from(i % 7).unwrap());
@@ -263,7 +267,7 @@ mod tests {
     }
 
     #[test]
-    fn half_of_a_small_batch_is_found_among_outliers_from_rows_away_and_kept_where_it_is() {
+    fn rounds_find_half_of_a_small_batch_among_outliers_and_keep_a_pose_that_fits_it() {
         for away in [6.0, -9.0, 12.0] {
             let [before, after] = fit_after_rounds(away);
             assert!(before < 5 && after >= 12, "{away}: {before} {after}");
@@ -294,7 +298,7 @@ mod tests {
     }
 
     #[test]
-    fn a_round_asks_for_a_fifth_of_a_match() {
+    fn a_proposed_step_gains_at_least_a_fifth_of_a_match() {
         // Thirty rows that fit exactly after a step, and have the same residual before it.
         let improves = |residual: f64| {
             let row = |i: u8| {
@@ -324,8 +328,8 @@ mod tests {
         assert_eq!([0.5, 2.0, 5.0].map(scale), [0.7, 0.7, 1.5]);
     }
 
-    /// Returns the numbers of rows of the shifted and of the level crowd that fit the optimum after one round from the
-    /// level pose, with residuals below 1.5 px plus noise. `None` if the round finds no better pose.
+    /// Returns how many rows fit the optimum after one round from the level pose, with residuals below 1.5 px plus 0.3
+    /// px of noise: rows of the shifted crowd, and rows of the level crowd. `None` if the round finds no better pose.
     fn found(shifted: usize, across: f64) -> Option<[usize; 2]> {
         let batch = batch::<f64>(pixels(shifted, across).into_iter());
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
@@ -353,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pose_that_most_of_the_sample_fits_and_few_of_all_correspondences_is_refused() {
+    fn a_pose_that_fits_most_of_the_sample_and_few_of_all_correspondences_is_refused() {
         let [level, shifted] =
             [0, 100].map(|shifted| batch::<f64>(pixels(shifted, 8.0).into_iter()));
         let solver = solvers(&level, [0.0; 3], [0.0; 2]).next().unwrap();

@@ -18,7 +18,8 @@ pub(crate) struct ResidualStats<T> {
     pub(crate) within: [T; 3],
     /// Residuals within half a unit.
     pub(super) inner: T,
-    /// Residuals within 2 units: of points clearly in front of the cameras, and of points clearly behind them.
+    /// Numbers of residuals within 2 units of the loss: of points clearly in front of the cameras, and of points
+    /// clearly behind them.
     pub(super) sides: [T; 2],
     /// Number of positive minus number of negative residuals from 2 to [`CROWD`] units of the loss.
     pub(super) leaning: T,
@@ -28,7 +29,8 @@ pub(crate) struct ResidualStats<T> {
     pub(crate) screened: T,
     /// Sums of the squared row offsets of the screened correspondences at start and pose, unit depth.
     pub(crate) squares: [T; 2],
-    /// Numbers of correspondences of high leverage with residuals below 2 units, and from 2 to 4 units.
+    /// Numbers of correspondences in the separate class of high leverage ([`super::leverage::Leverage::is_separate`]),
+    /// with residuals below 2 units, and from 2 to 4 units.
     pub(super) high_leverage: [T; 2],
     /// Sums of the truncated squared row offsets of all correspondences at start and pose, unit depth.
     pub(crate) cost: [T; 2],
@@ -36,7 +38,7 @@ pub(crate) struct ResidualStats<T> {
 
 /// Squared row offsets of a correspondence at the start and at the pose, unit depth.
 pub(super) struct Compared<T> {
-    /// `None` behind a camera.
+    /// `None` if the correspondence is behind a camera at the start.
     pub(super) before: Option<T>,
     pub(super) after: T,
     /// Squared row offset at which the cost is truncated, unit depth.
@@ -129,21 +131,22 @@ impl<T: Scalar> ResidualStats<T> {
         around - near
     }
 
-    /// Returns the share of the usable correspondences in a crowd beside the peak; positive or negative according to
+    /// Returns `leaning` over the number of usable correspondences: the share of a crowd on one side of the peak, with
     /// the sign of its residuals.
     pub(super) fn crowd(&self) -> T {
         self.leaning / self.usable.max(T::ONE)
     }
 
-    /// Returns whether a flat distribution would have more residuals near zero, by more than chance: the pose then lies
-    /// between two crowds. A flat distribution has a quarter of its residuals within 2 units also within half a unit.
+    /// Returns whether the residuals have a gap at zero: fewer of them are within half a unit than in a flat
+    /// distribution, by more than chance. The pose then lies between two crowds. In a flat distribution, a quarter of
+    /// the residuals within 2 units are within half a unit.
     pub(super) fn is_hollow(&self) -> bool {
         let missing = self.near() * T::lit(0.25) - self.inner;
         let variance = self.near() * T::lit(0.25 * 0.75);
         missing > T::lit(PEAK_DEVIATIONS) * variance.sqrt()
     }
 
-    /// Returns whether too many points that fit are behind the cameras.
+    /// Returns whether too many of the points with residuals within 2 units are behind the cameras.
     pub(super) fn is_behind(&self) -> bool {
         is_behind(self.sides)
     }

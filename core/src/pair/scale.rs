@@ -27,7 +27,8 @@ pub(super) struct Peak<T> {
 }
 
 impl<T: Scalar> Peak<T> {
-    /// Returns whether the peak may consist of only a few matches, or lie between two crowds.
+    /// Returns whether the peak may consist of only a few matches, or lie between two crowds of matches that fit
+    /// different poses.
     ///
     /// * `is_small`: whether the batch is small. In small batches, wrong poses fit by chance more often.
     pub(super) fn is_doubtful(&self, is_small: bool) -> bool {
@@ -108,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn a_residual_is_below_each_level_above_it_and_not_a_number_below_none() {
+    fn a_residual_counts_below_each_level_above_it_and_nan_below_no_level() {
         let squares: [f32; 11] =
             [0.0, 0.06, 0.0625, 0.0624, 0.1, 256.0, 255.9, 300.0, 1e30, f32::NAN, -0.0];
         let mut counts = LevelCounts::NONE;

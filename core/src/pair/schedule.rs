@@ -21,8 +21,8 @@ pub(super) enum Schedule<T> {
 impl<T: Scalar> Schedule<T> {
     /// Returns the schedule after a pass of the annealing, and the noise for the polish, px, if the polish begins.
     ///
-    /// The scale falls below the peak before the polish begins, because at a wide scale two crowds of matches look like
-    /// one peak between them.
+    /// The scale falls to the width of the peak or below before the polish begins. At a wider scale, two groups of
+    /// matches that fit different poses look like one peak between them.
     ///
     /// * `scale`: scale of the pass, px; `peak`: width of the peak seen in the pass, px.
     pub(super) fn after_annealing(scale: T, peak: Option<T>) -> (Self, Option<T>) {
@@ -53,7 +53,7 @@ impl<T: Scalar> Schedule<T> {
         }
     }
 
-    /// Returns whether the pass counts residuals by size.
+    /// Returns whether the pass fills a histogram of residuals, in which a peak is sought.
     pub(super) fn sees_peaks(&self) -> bool {
         match self {
             Self::Anneal(scale) => *scale <= T::lit(WIDE_SCALE_PX),
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn annealing_ends_below_the_peak_and_falls_with_every_pass() {
+    fn the_scale_of_an_annealing_falls_with_every_pass_and_ends_at_the_peak_or_below() {
         for peak in [None, Some(0.25), Some(0.5), Some(0.7), Some(5.6), Some(16.0)] {
             let (scales, noise) = scales(480.0, peak);
             assert!(scales.is_sorted_by(|a, b| b < a), "{scales:?}");

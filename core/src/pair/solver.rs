@@ -1,11 +1,12 @@
 //! Levenberg-Marquardt with a prior on one pair: one pass over the batch and one step at a time (`ESTIMATOR.md`,
 //! section 5).
 //!
-//! A *search* starts far from the solution. It begins with Geman-McClure's loss. The first scale covers the residuals
-//! at the start, and the scale falls until the inliers form a peak. Then the search uses Tukey's biweight at the noise
-//! level, which each pass estimates until the estimate settles. After a doubtful result, the search starts a second
-//! time. A *track* starts at a running estimate with its covariance. It widens the loss of each correspondence by the
-//! uncertainty of its predicted residual.
+//! A *search* starts far from the solution. It begins with an annealing: Geman-McClure's loss, whose first scale is
+//! twice the median residual at the start or more. The scale falls until it is at most the width of the peak that the
+//! residuals of inliers form, or, without a peak, until it is small. The polish follows: Tukey's biweight at the noise
+//! level, which each pass estimates until the estimate settles. If the annealing ends in doubt, a second start comes
+//! before the polish ([`Rounds`]). A *track* starts at a running estimate with its covariance. It widens the loss of
+//! each correspondence by the uncertainty of its predicted residual.
 //!
 //! Time: at most the given number of passes. Memory: constant, in addition to the batch.
 
@@ -36,9 +37,11 @@ use crate::thresholds::{
 /// State of the second start of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Second {
+    /// The annealing has not ended in doubt so far.
     Possible,
-    /// The annealing from the first start has ended in doubt.
+    /// The annealing has ended in doubt, and these rounds are next.
     Begun(Rounds),
+    /// The second start is over.
     Taken,
 }
 
@@ -47,13 +50,15 @@ enum Second {
 pub(crate) struct TrackStart<T: Scalar> {
     /// Running estimate.
     pub(crate) pose: RectifyingRotations<T>,
-    /// Covariance of the estimate plus the covariance of a pair about the estimate, rad^2.
+    /// Covariance of the estimate, plus the variances of a vibration and [`crate::thresholds::FREEDOM_RAD`] squared,
+    /// rad^2.
     pub(crate) covariance: Symmetric5<T>,
     /// Noise of a coordinate, px.
     pub(crate) noise: T,
     /// Whether correspondences of high leverage were inliers in the last pairs.
     pub(crate) trusts_leverage: bool,
-    /// Whether the last pairs had a second crowd of matches beside the inliers.
+    /// Whether the last pairs had a second group of matches beside the inliers
+    /// ([`super::evaluate::PairMeasurement::crowd`]).
     pub(crate) sees_crowd: bool,
 }
 
@@ -130,7 +135,8 @@ impl<T: Scalar> PairSolver<T> {
         Some(track)
     }
 
-    /// Takes one more pass and step, unless only the evaluation is left.
+    /// Takes one more pass: the survey of a track, a round of the second start, or a pass with its step. Does nothing
+    /// if only the evaluation is left.
     ///
     /// # Errors
     /// [`Rejection::TooFew`]: a search has too few correspondences in front of both cameras.
@@ -196,9 +202,10 @@ impl<T: Scalar> PairSolver<T> {
 
     /// Takes one step from the sums at the pose, then sets the next loss of the schedule.
     ///
-    /// The step `d` solves `(H + P + damping) d = -(g + P m)` with the prior information `P` and the sum `m` of the
-    /// previous steps. At a fixed scale, a point of higher cost is rejected, and the next step from the best point has
-    /// more damping. If no step exists, the solver ends with [`Stop::NoDescent`] at the best pose.
+    /// The step `d` solves `(J + damping diag J) d = -(g + P m)`, where `J = H + P`, `P` is the prior information, and
+    /// `m` the sum of the previous steps. At a fixed scale, a point of clearly higher cost is rejected, and the next
+    /// step from the best point has more damping. If no step exists, the solver ends with [`Stop::NoDescent`] at the
+    /// best pose.
     #[inline(never)]
     fn step(&mut self, pass: &PassSums<T>, matches: usize) {
         self.passes = self.passes.saturating_add(1);
@@ -213,7 +220,7 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Returns to the best point, and takes a step with more damping.
+    /// Returns to the best point, and takes a step with more damping if passes are left.
     fn go_back(&mut self, best: &Point<T>) {
         (self.iterate.pose, self.moved) = (best.pose, best.moved);
         self.descent.damp();
@@ -224,8 +231,8 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Takes the step from a point. Returns the step, rad, and the covariance of the pose, rad^2; `None` if no step
-    /// exists.
+    /// Takes the step from a point. Returns the step, rad, and the inverse of the damped information, rad^2; `None` if
+    /// no step exists. Without damping this inverse is the covariance of the pose.
     ///
     /// * `joint`: normal equations at the point, prior included.
     fn take_step(&mut self, joint: &NormalEquations<T>) -> Option<(Vector5<T>, Symmetric5<T>)> {
@@ -260,7 +267,8 @@ impl<T: Scalar> PairSolver<T> {
         };
     }
 
-    /// Updates the limit on leverage and the smallest disparity for the next pass.
+    /// Updates the quantities that follow from the covariance, for the next pass: number of fitted unknowns, limit on
+    /// leverage, smallest disparity, and the loss of a track.
     ///
     /// * `covariance`: covariance of the pose, rad^2; `before`: residual variance that the loss of the pass assumed,
     ///   px^2.
@@ -284,7 +292,7 @@ impl<T: Scalar> PairSolver<T> {
     }
 
     /// Runs one round of the second start, from the pose of the previous round. After the last round the annealing
-    /// continues if a round has moved the pose.
+    /// continues if a round has moved the pose; otherwise the polish begins.
     #[inline(never)]
     fn take_round(&mut self, mut rounds: Rounds, matches: &[RayPair<T>]) {
         self.passes = self.passes.saturating_add(1);
@@ -295,7 +303,7 @@ impl<T: Scalar> PairSolver<T> {
             self.moved += d;
             rounds.moved = true;
         }
-        // The limit of the annealing belongs to a wider loss, or to another pose.
+        // The limit on leverage of the annealing belongs to a wider loss, or to another pose.
         self.iterate.leverage = None;
         self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
             Second::Begun(rounds)
@@ -312,8 +320,8 @@ impl<T: Scalar> PairSolver<T> {
         self.schedule.variance(self.iterate.noise)
     }
 
-    /// Sets the next scale of the annealing, or the next estimate of the noise. Returns true once the noise has
-    /// settled; the noise then stays fixed.
+    /// Sets the next scale of the annealing, or the next estimate of the noise. Returns whether the noise has settled.
+    /// If so, it keeps its value, so that the costs of passes can be compared.
     fn tighten(&mut self, pass: &PassSums<T>) -> bool {
         let floor = self.iterate.noise_floor;
         let seen = pass.levels.peak(self.iterate.needed, pass.usable);

@@ -41,9 +41,9 @@ pub(super) fn scattered_over<T>(all: &[T], most: usize) -> impl Iterator<Item = 
     all.chunks(stride).filter_map(move |part| part.get(random.below(part.len())?))
 }
 
-/// Returns the limit on leverage from the median share of the correspondences within Tukey's limit. In far scenes, the
-/// share of an outlier is 20,000 times the median. `None` if the limit is not finite, or if no correspondence is within
-/// Tukey's limit.
+/// Returns the limit on leverage from the median share of the correspondences within Tukey's limit. A mean would follow
+/// outliers: in far scenes, the share of an outlier can be 20,000 times the median. `None` if the limit is not finite,
+/// or if no correspondence is within Tukey's limit.
 ///
 /// * `by`: weighting at the start; `covariance`: covariance of the pose, rad^2.
 pub(super) fn survey<'a, T: Scalar>(
@@ -67,7 +67,7 @@ pub(super) fn survey<'a, T: Scalar>(
             continue;
         }
         let w = geman_mcclure(x) / expected.variance;
-        // The sample is no larger.
+        // The vector has room for the whole sample.
         let _ = shares.push(share(&block, w * precision, &constraint.jacobian));
     }
     Leverage::first(median(&shares)?, covariance)
@@ -84,7 +84,7 @@ pub(super) fn first_scale<'a, T: Scalar>(
     let mut squares = heapless::Vec::<T, SURVEYED>::new();
     for pair in sample {
         if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
-            // The sample is no larger.
+            // The vector has room for the whole sample.
             let _ = squares.push(constraint.value * constraint.value * by.precision(&constraint));
         }
     }
@@ -131,7 +131,7 @@ mod tests {
         }
     }
 
-    /// The limits on `percent` hold for a random sample.
+    /// A random sample stays within the limits on `percent`.
     #[test]
     fn a_sample_follows_no_period() {
         for length in 33..1025_usize {
@@ -140,7 +140,7 @@ mod tests {
                 let mut counts = [0_usize; 16];
                 scattered(&all).for_each(|place| counts[place % period] += 1);
                 counts.sort_unstable_by(|a, b| b.cmp(a));
-                // Outliers at half of the residues modulo the period: those residues that are most frequent in the
+                // Outliers are at half of the residues modulo the period, at those that are most frequent in the
                 // sample.
                 let outliers: usize = counts[..period / 2].iter().sum();
                 let percent = 100 * outliers / scattered(&all).count();

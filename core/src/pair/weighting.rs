@@ -28,11 +28,11 @@ pub(super) struct Weighting<T> {
     pub(super) focal_squared: T,
     /// Inverse of `focal_squared`: area of a pixel at unit depth.
     pub(super) unit_squared: T,
-    /// Variance of a coordinate, px^2.
+    /// Variance of a coordinate before rounding to the matcher's grid, px^2.
     pub(super) noise_squared: T,
     /// Squared limit of Tukey's loss, in units of the loss.
     pub(super) tukey_squared: T,
-    /// Smallest disparity of a weighted correspondence, unit depth.
+    /// Smallest disparity of a weighted correspondence, unit depth. An annealing ignores it.
     pub(super) min_disparity: T,
 }
 
@@ -85,8 +85,8 @@ impl<T: Scalar> Weighting<T> {
     }
 }
 
-/// Returns the squared residual over Tukey's squared limit, dimensionless. As in covariance gating, the uncertainty of
-/// the pose is added to the noise.
+/// Returns the squared residual over Tukey's squared limit in a track, dimensionless. The limit covers the noise and
+/// the uncertainty of the pose.
 ///
 /// * `covariance`: covariance of the pose, rad^2.
 /// * `tukey_squared`: squared limit, in units of the loss.
@@ -112,7 +112,7 @@ mod tests {
     use nalgebra::Vector5;
 
     #[test]
-    fn the_uncertainty_of_the_pose_widens_the_loss_by_what_it_does_to_the_residual() {
+    fn the_uncertainty_of_the_pose_widens_the_loss_by_its_effect_on_the_residual() {
         const FOCAL: f64 = 500.0;
         let frame = PoseTerms::at(&pose([0.05, -0.08, 0.03], [0.1, -0.06]));
         let rays = [0.3, -0.2, 0.25, -0.19];

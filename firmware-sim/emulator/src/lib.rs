@@ -110,7 +110,7 @@ impl Emulator {
 
 impl Drop for Emulator {
     fn drop(&mut self) {
-        // Both fail only if it has already ended.
+        // Both calls fail only if the process has already ended.
         let _ = self.qemu.kill();
         let _ = self.qemu.wait();
     }

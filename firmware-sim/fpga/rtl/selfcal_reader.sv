@@ -26,7 +26,8 @@ module selfcal_reader #(
 );
     localparam int WORD_BITS = $clog2(MATCHES + 2);
 
-    // The first byte is offered; the store grants a frame; a byte is loaded; it is offered; return.
+    // IDLE offers the first byte of a frame. GRANT waits until the store grants a frame. FETCH waits a cycle for the
+    // next word, LOAD loads a byte of it, SEND offers this byte. DONE waits until the store takes its bank back.
     typedef enum logic [2:0] {IDLE, GRANT, FETCH, LOAD, SEND, DONE} state_t;
     state_t state;
 

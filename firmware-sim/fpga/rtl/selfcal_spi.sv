@@ -33,7 +33,7 @@ module selfcal_spi (
             {bits, real_byte, armed} <= '0;
             shift <= '1;
         end else if (!selected) begin
-            // After a reset within a transaction its rest is idle.
+            // Arms the output between transactions: after a reset within a transaction its rest is idle.
             armed <= 1'b1;
             bits <= '0;
             real_byte <= valid && !ready;

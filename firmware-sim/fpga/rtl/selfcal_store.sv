@@ -63,7 +63,8 @@ module selfcal_store #(
         up = &n ? n : n + 16'd1;
     endfunction
 
-    // Header word 1, then word 0 together with the change of banks; then the next frame.
+    // FILL takes matches. After the last beat TAIL writes word 1 of the header; then HEAD writes word 0 and changes
+    // the banks.
     typedef enum logic [1:0] {FILL, TAIL, HEAD} state_t;
     state_t state;
 

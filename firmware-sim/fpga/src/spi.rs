@@ -25,7 +25,7 @@ fn clock_bits(bench: &mut Bench, bits: u32) -> u8 {
     byte
 }
 
-/// One transaction in mode 0 that ends after `bits` of the byte after the last one.
+/// Reads `bytes` and then `bits` of one more byte, in one transaction in mode 0.
 pub fn transfer(bench: &mut Bench, bytes: &mut [u8], bits: u32) {
     bench.inputs.cs_n = false;
     bytes.fill_with(|| clock_bits(bench, 8));

@@ -23,7 +23,7 @@ fn plain(sequence: u32, count: u8) -> Found {
     Found { header: FrameHeader { sequence, ..HEADER }, records: records.collect() }
 }
 
-/// All bytes of the stream for the beats.
+/// Offers the beats to the framer; returns all bytes that it sends.
 fn sent(bench: &mut Bench, beats: impl IntoIterator<Item = Beat>) -> Vec<u8> {
     bench.beats.extend(beats);
     bench.run(60_000);
@@ -68,7 +68,7 @@ fn a_match_out_of_range_is_left_out_counted_and_flagged() {
         assert_eq!(sent(&mut bench, beats), expected.encoded(30, false, true), "axis {axis}");
     }
     assert_eq!(bench.outputs.out_of_range, 4);
-    // The only match of a frame.
+    // The only match of a frame is out of range: the frame has no match.
     let mut beats = plain(4, 1).beats();
     beats[0].coordinates[0] = 0x1ff_ffff;
     assert_eq!(sent(&mut bench, beats), plain(4, 0).encoded(30, false, true));
@@ -124,7 +124,8 @@ fn a_stopped_clock_of_the_matcher_costs_one_byte() {
     bench.set_half_period(0, 0);
     let mut bytes = [0; 20];
     transfer(&mut bench, &mut bytes, 0);
-    // The first byte of every frame, then idle ones: no frame is granted.
+    // Without the clock of the matcher no frame is granted: the bus reads the first byte, equal in all frames, and then
+    // idle bytes.
     assert_eq!((bytes[0], &bytes[1..]), (0x53, &[0xff; 19][..]));
     bench.set_half_period(0, 5);
     bench.run(1_000);

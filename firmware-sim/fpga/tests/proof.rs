@@ -96,7 +96,7 @@ fn ten_thousand_frames_are_equal_byte_for_byte() {
         bench.beats.extend(frame.beats());
         check.sent.push(frame);
         if rng.random_range(0..100) == 0 {
-            // In mid frame, of the matches or of the bytes.
+            // Resets within a frame, of the matches or of the bytes.
             bench.run(rng.random_range(0..5_000));
             check.compare(&bench.taken);
             bench.reset();
@@ -213,7 +213,7 @@ fn the_uart_sends_the_frames() {
     let mut bench = Bench::new(Size::Small, Sink::Uart);
     bench.set_half_period(1, 4);
     let (mut check, mut bytes) = (Check::default(), Vec::new());
-    // Four cycles of 8 a bit.
+    // A bit takes four cycles of 8 units of time.
     let bit = 4 * 8;
     for sequence in 0..60 {
         let frame = any_frame(&mut rng, sequence);

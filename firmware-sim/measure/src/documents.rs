@@ -23,12 +23,12 @@ const COLUMNS: [Column; 4] = [M4F, M4F_SMALL, M7, ["m7", "f64", "3"]];
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Show {
     Exact,
-    /// From ten thousand on in thousands.
+    /// In thousands from ten thousand on.
     Rounded,
-    /// Rounded, and in milliseconds.
+    /// As [`Show::Rounded`], and in milliseconds.
     Timed,
     Bytes,
-    /// Bytes, of the M4F alone.
+    /// Bytes, for the M4F only.
     Flash,
 }
 
@@ -268,7 +268,7 @@ impl Figures<'_> {
     }
 }
 
-/// With a comma between thousands.
+/// The number, with a comma between thousands.
 fn grouped(value: u64) -> String {
     match value / 1000 {
         0 => value.to_string(),
@@ -276,7 +276,7 @@ fn grouped(value: u64) -> String {
     }
 }
 
-/// From ten thousand on in thousands.
+/// The number, in thousands from ten thousand on.
 fn rounded(value: u64) -> String {
     if value < 10_000 { grouped(value) } else { format!("{} k", grouped((value + 500) / 1000)) }
 }

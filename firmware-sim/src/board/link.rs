@@ -1,4 +1,4 @@
-//! The UART instead of the matcher's bus. A reference is the SPI device and the data-ready line.
+//! The UART in place of the matcher's bus. `&Link` is both the SPI device and the data-ready line.
 //!
 //! Reads and writes go to the line. Data-ready is high while a received byte waits. The sender sends whole
 //! frames.

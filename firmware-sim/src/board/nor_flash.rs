@@ -1,7 +1,7 @@
 //! Simulated NOR flash: RAM that a reset preserves, with the alignment and write rules of flash.
 //!
-//! The boards that QEMU emulates have no writable flash. It is delivered erased: at power on, when the content of RAM
-//! is undefined, it is filled with ff.
+//! The boards that QEMU emulates have no writable flash. The simulated flash is delivered erased: at power on, when the
+//! content of RAM is undefined, it is filled with ff.
 
 use core::mem::MaybeUninit;
 use core::ptr;

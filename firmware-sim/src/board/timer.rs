@@ -28,7 +28,7 @@ impl Timer {
     /// Tick rate, Hz.
     pub const HZ: u32 = 25_000_000;
 
-    /// Counts through all 32 bits without an interrupt. Wraps every 171 s.
+    /// Counts through all 32 bits without an interrupt. Wraps every 172 s.
     #[must_use]
     pub fn start() -> Self {
         Self::with(u32::MAX, ENABLE)

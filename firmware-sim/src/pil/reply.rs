@@ -60,7 +60,7 @@ pub struct PairReply {
     magic: [u8; 4],
     sequence: U32,
     taken: U16,
-    /// Fused, refused or not solved: a number of `Fused` or of `Rejection`.
+    /// Code of `Fused`; code of `Rejection` if the pair is refused or not solved.
     outcome: U16,
     state: U16,
     pair: Solved,

@@ -29,7 +29,7 @@ pub enum SessionError<S, P> {
 
 /// Runs one session, from the request to the reply after the last pair.
 ///
-/// * `controller`: calibrator without any pair; it gets the cameras of the request.
+/// * `controller`: returns a calibrator without any pair, for the cameras of the request.
 /// * `spi`, `ready`: input from the host.
 /// * `send`: output to the host.
 ///

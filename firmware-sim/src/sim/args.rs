@@ -112,18 +112,18 @@ pub(super) struct FlightArgs {
           value_parser = knock)]
     pub(super) knock: f64,
 
-    /// Length of the baseline, m: of the rangefinder and of the predicted depth errors.
+    /// Length of the baseline, m, for the rangefinder and the predicted depth errors.
     #[arg(long, default_value_t = 0.12, value_name = "M", allow_hyphen_values = true,
           value_parser = length)]
     pub(super) baseline: f32,
 
     /// Read a laser rangefinder every tenth pair: 1 % of noise, at a point that the matcher sees; one reading in ten
-    /// is of something nearer. It tells the yaw of the mount from the lens, on which depth rests.
+    /// is of something nearer. It tells the yaw of the mount, on which depth rests, from an error of the lens.
     #[arg(long)]
     pub(super) rangefinder: bool,
 
     /// Let the vehicle move by 4 baselines before every tenth pair. The matcher tracks points over the move and sends their
-    /// tracks, which tell the yaw of the mount from the lens too.
+    /// tracks, which tell the yaw of the mount from an error of the lens too.
     #[arg(long)]
     pub(super) motion: bool,
 

@@ -27,7 +27,7 @@ use polling::driver;
 pub(crate) fn main() -> ExitCode {
     match run(&Cli::parse(), &mut io::stdout()) {
         Ok(code) => code,
-        // The reader of the output has closed it.
+        // The program that reads the output has closed it: no error.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");

@@ -32,7 +32,7 @@ fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
         let read = std::iter::repeat_with(|| app.poll()).find(|event| *event != Ok(Event::Reading));
         assert_eq!(read, Some(Ok(Event::Frame { sequence, offered, taken: offered })));
         assert_eq!(app.calibrator().batch().pairs(), batch.pairs());
-        // One call a pass, and one more fuses.
+        // Each call takes one pass; one more call fuses.
         for _ in 0..report.passes {
             assert_eq!(app.poll(), Ok(Event::Pass));
         }

@@ -29,7 +29,7 @@ fn without_arguments_it_replays_the_chessboard_sift_set_and_plots() {
     assert_eq!(output.status.code(), Some(0), "{err}");
     assert!(out.contains("opencv_chess_sift: 13 pairs, 2781 matches"), "{out}");
     assert!(out.contains("Applied, generation 1: p_r = R p_l + t"), "{out}");
-    // Misaligned with what the run started from; the last line is about what is applied.
+    // The extrinsics of the start are misaligned; the last line is about the applied ones.
     assert!(out.contains("may arm            no: misaligned"), "{out}");
     assert!(out.ends_with("may arm            yes\n"), "{out}");
     let svg = fs::read_to_string(folder.join("target/firmware-sim/opencv_chess_sift.svg"));

@@ -10,7 +10,7 @@ fn run(arguments: &[&str]) -> Output {
 }
 
 #[test]
-fn the_picture_of_the_readme_is_the_plot_of_the_main_job() {
+fn the_picture_of_the_readme_is_the_plot_of_the_replay() {
     let plot = Path::new(env!("CARGO_TARGET_TMPDIR")).join("readme.svg");
     let output = run(&["--plot", plot.to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(0));

@@ -18,7 +18,7 @@ pub use cli::{Command, RigArgs, read_rig, setup};
 pub fn exit(outcome: Result<ExitCode>) -> ExitCode {
     match outcome {
         Ok(code) => code,
-        // The reader of the output has closed it.
+        // The program that reads the output has closed it: no error.
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("error: {error:#}");

@@ -1,4 +1,4 @@
-"""Common parts of both makers: SIFT matching, residuals against the reference, writing a set.
+"""Common parts of the makers: SIFT matching, residuals against the reference, writing a set.
 
 Conventions
     p_r = R p_l + t    a point in the left camera's frame to the right camera's, |t| = 1

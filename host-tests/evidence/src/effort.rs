@@ -25,7 +25,7 @@ impl Effort {
         Self { single: trials, fused: trials, steps: trials, ..self }
     }
 
-    /// All values; or every second one from the first, and the last.
+    /// Selects the measured values: all if dense; otherwise every second one from the first, and the last.
     #[must_use]
     pub fn thinned(self, values: &[f64]) -> Vec<f64> {
         let last = values.len().saturating_sub(1);

@@ -151,7 +151,7 @@ mod tests {
         let cells = three.path().join("cells.jsonl");
         let text = fs::read_to_string(&cells).unwrap();
         let lines: Vec<&str> = text.lines().collect();
-        // Threads finish in any order. The cut text may end with a whole line, but not with half a line.
+        // Cuts the file within a line, as an interruption does: only the whole lines count.
         let whole = lines.len() / 2;
         let begun = &lines[whole][..lines[whole].len() / 2];
         fs::write(&cells, lines[..whole].join("\n") + "\n" + begun).unwrap();

@@ -6,7 +6,7 @@ use stereo_selfcal::geometry::RectifyingRotations;
 
 use host_tests::data::Rays;
 
-/// RMS over points, unit depth (times the focal length: px). Infinite if the estimate puts a point behind a camera.
+/// RMS over points, at unit depth: times the focal length, px. Infinite if the estimate puts a point behind a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offsets {
     /// Vertical offset between the two rectified images.

@@ -197,7 +197,7 @@ impl Measurement for GatedFit<'_> {
     }
 }
 
-/// All methods with all their settings, on all data sets, from all views.
+/// Measures all methods with all their settings, on all data sets, from all views.
 ///
 /// # Errors
 /// If the cache cannot be written.

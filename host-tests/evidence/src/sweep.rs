@@ -238,7 +238,7 @@ fn trial(scene: &Scene, pairs: &[SynthPair], estimate: &Extrinsics<f64>) -> Opti
     (trial.row_px.is_finite() && trial.reprojection_px.is_finite()).then_some(trial)
 }
 
-/// All methods over one axis.
+/// Measures all methods over one axis.
 ///
 /// # Errors
 /// If the cache cannot be written.

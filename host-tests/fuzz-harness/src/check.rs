@@ -45,8 +45,8 @@ pub(super) fn check_in_use(calibrator: &Target, factory: &FactoryCalibration<f32
     assert_eq!(in_use.cameras.left, factory.cameras.left);
 }
 
-/// After [`stereo_selfcal::Fused::LensCorrected`]: the estimate restarts with the corrected cameras, and keeps no ray
-/// of the old ones.
+/// Checks the calibrator after [`stereo_selfcal::Fused::LensCorrected`]: the estimate restarts with the corrected
+/// cameras, and the batch keeps no ray of the old ones.
 pub(super) fn check_begun_again(calibrator: &Target) {
     assert!(calibrator.proposal().is_none() && calibrator.health().is_err());
     assert_eq!(calibrator.state(), State::Acquiring);

@@ -82,7 +82,8 @@ pub fn run_calibrator(bytes: &[u8]) {
         let batch = calibrator.batch().pairs().to_vec();
         let refused = perform(&mut calibrator, &call, &mut made);
         let changed = before.generation != calibrator.in_use().generation;
-        // Many fusions may return to the first value; new cameras are the caller's own.
+        // The generation changes exactly if the calibration in use does. Calls that make a new calibrator are exempt,
+        // because its generation starts anew.
         let counted = changed == (before.in_use != state(&calibrator).in_use);
         let uncounted = matches!(
             call,
@@ -317,7 +318,7 @@ fn solve(calibrator: &mut Target, robust: bool) -> Result<(), Rejection> {
     if outcome.fused == Ok(Fused::LensCorrected) {
         check_begun_again(calibrator);
     }
-    // A pair counts once.
+    // The batch is empty now, so a pair counts once.
     let again = calibrator.clone().solve_pair();
     assert_eq!(again.fused, Err(Rejection::TooFew { usable: 0, needed: 12 }));
     outcome.fused.map(|_| ())

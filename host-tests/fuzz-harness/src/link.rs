@@ -151,7 +151,7 @@ fn decode(mut stream: &[u8], cuts: &[usize]) -> (Vec<Event>, Counters) {
     (events, *decoder.counters())
 }
 
-/// Frames start and end, and those handed out are in the stream.
+/// Checks that each frame that starts also ends, and that the stream contains each frame that is handed out.
 fn check_order(events: &[Event], stream: &[u8]) {
     let mut open: Option<(FrameHeader, Vec<Sent>)> = None;
     for event in events {

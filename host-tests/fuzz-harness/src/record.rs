@@ -26,7 +26,7 @@ enum Change {
 /// # Panics
 /// If the core violates a property.
 pub fn run_record(bytes: &[u8]) {
-    // Unchanged.
+    // The bytes as they are.
     let _ = FactoryCalibration::<f32>::from_record(bytes);
     let mut input = Unstructured::new(bytes);
     let (config, _, factory) = config(&mut input);

@@ -1,5 +1,5 @@
-//! The flash store on arbitrary flash under any sequence of operations, checked for its guarantees: no panic, no word
-//! written twice; the last saved record is found until a bit changes, and then no other record is.
+//! The flash store on arbitrary flash under any sequence of operations, checked for its guarantees: no panic, and no
+//! word written twice. The last saved record is found, as long as no bit of the flash has changed by itself.
 
 use std::time::Duration;
 

@@ -7,25 +7,25 @@ use stereo_selfcal::Cameras;
 use stereo_selfcal::batch::row_offset;
 use stereo_selfcal::geometry::RectifyingRotations;
 
-/// Rows and columns of an image.
+/// Names of the rows and columns of cells of an image.
 const ROWS: [&str; 3] = ["upper", "middle", "lower"];
 const COLUMNS: [&str; 3] = ["left", "middle", "right"];
 
 /// Limits of near and far, baselines.
 const DEPTHS: [f64; 2] = [15.0, 40.0];
 
-/// A match within this of its row counts, px.
+/// Largest row offset of a match that counts, px.
 const IN_ROW_PX: f64 = 2.0;
 
-/// Matches that cover a cell or a depth.
+/// Number of matches that cover a cell or a depth.
 const ENOUGH: usize = 5;
 
-/// Matches in a cell of an image.
+/// Number of matches in a cell of an image, by depth.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub struct Cell {
     /// Nearer than 15 baselines.
     pub near: usize,
-    /// Between the limits.
+    /// Between 15 and 40 baselines.
     pub between: usize,
     /// Beyond 40 baselines.
     pub far: usize,
@@ -47,7 +47,7 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// Counts the matches that fit an estimate; `None` if the rig is not valid.
+    /// Counts the matches in row under an estimate; `None` if the rig is not valid.
     #[must_use]
     pub fn of(set: &Dataset, estimate: &Estimate) -> Option<Self> {
         let cameras: Cameras<f64> = set.cameras().ok()?;
@@ -73,7 +73,7 @@ impl Coverage {
     }
 }
 
-/// Depth of a match in row, baselines; infinite at no disparity.
+/// Depth of a match, baselines; infinite without a positive disparity. `None` if the match is not in row.
 fn depth(cameras: &Cameras<f64>, rotations: &RectifyingRotations<f64>, m: &Match) -> Option<f64> {
     let rays = cameras.rays(&m.correspondence()).ok()?;
     let offset: f64 = row_offset(rotations, &rays)?;
@@ -86,6 +86,7 @@ fn depth(cameras: &Cameras<f64>, rotations: &RectifyingRotations<f64>, m: &Match
     Some(if disparity > 0.0 { 1.0 / disparity } else { f64::INFINITY })
 }
 
+/// Missing coverage and advice, in words.
 fn words(cells: &[[[Cell; 3]; 3]; 2]) -> Vec<String> {
     let mut words = Vec::new();
     let name = |row: usize, column: usize| match (row, column) {
@@ -145,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn whole_images_near_and_far_lack_nothing_and_what_is_missing_is_named() {
+    fn full_coverage_gives_no_advice_and_missing_coverage_is_named() {
         let whole = coverage(ScenarioKind::Near, |_| true);
         assert_eq!(whole.words, [""; 0], "{whole:?}");
         let total: usize = whole.cells[0].as_flattened().iter().map(|cell| cell.all()).sum();

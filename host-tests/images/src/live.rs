@@ -1,4 +1,4 @@
-//! The live view of a run: a few lines on a terminal that change in place, or a line a pair elsewhere.
+//! The live view of a run: on a terminal, a few lines that change in place; elsewhere, a line for each pair.
 
 use std::io::{self, IsTerminal, Write};
 use std::time::{Duration, Instant};
@@ -10,7 +10,7 @@ use crate::session::Listener;
 /// Least time between two drawings.
 const PERIOD: Duration = Duration::from_millis(100);
 
-/// Lines of the view.
+/// Number of lines of the view.
 const LINES: usize = 4;
 
 /// Width of the bars, characters.
@@ -26,7 +26,7 @@ const NAMED: usize = 10;
 #[derive(Debug)]
 pub struct Live {
     terminal: bool,
-    /// Prints only skipped pairs.
+    /// Whether only skipped pairs are printed.
     quiet: bool,
     count: Option<usize>,
     started: Instant,
@@ -35,7 +35,10 @@ pub struct Live {
 }
 
 impl Live {
-    /// A view of a run over so many pairs, if known.
+    /// A view of a run.
+    ///
+    /// * `count`: number of pairs, if known.
+    /// * `quiet`: prints only skipped pairs.
     #[must_use]
     pub fn new(count: Option<usize>, quiet: bool) -> Self {
         let terminal = io::stderr().is_terminal();

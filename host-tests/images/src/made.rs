@@ -1,7 +1,8 @@
-//! Synthetic pairs with exact truth: a shipped image, and the view of a second camera if the image lay on planes.
+//! Synthetic pairs with exact truth: a shipped image, and the view that a second camera would have of a scene of
+//! planes.
 //!
-//! The left image is cut into tiles, each a slanted plane at a depth of its own, and every pixel of the right image
-//! takes the nearest plane by the homographies. Both images get noise.
+//! The left image is cut into tiles. Each tile lies on a slanted plane at a depth of its own. Every pixel of the right
+//! image shows the nearest plane, through the homography of the plane. Both images get noise.
 
 use std::io::BufWriter;
 use std::path::Path;
@@ -20,31 +21,31 @@ use stereo_selfcal::geometry::so3;
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
 
-/// Scenes of each of the shipped images.
+/// Number of scenes of each of the shipped images.
 pub const SCENES: u64 = 4;
 
-/// Columns and rows of tiles.
+/// Numbers of columns and rows of tiles.
 const TILES: [usize; 2] = [6, 5];
 
-/// Standard deviation of a turn about each axis, rad, and of the baseline's direction.
+/// Standard deviation of the turn of `R` about each axis, and of the direction of `t` across and down, rad.
 const TURN: f64 = 0.02;
 
-/// Disparities in the middle of the tiles, share of the width.
+/// Range of disparities in the middle of the tiles, in widths of the image.
 const DISPARITY: [f64; 2] = [0.02, 0.1];
 
-/// Standard deviation of a plane's slant across and down.
+/// Standard deviation of the tangent of a plane's slant, across and down.
 const SLANT: [f64; 2] = [0.6, 0.4];
 
-/// Focal lengths, widths of the image.
+/// Range of focal lengths, in widths of the image.
 const FOCAL: [f64; 2] = [0.8, 1.4];
 
-/// Noise of the grey values, standard deviation.
+/// Standard deviation of the noise of the grey values.
 const NOISE: f64 = 2.0;
 
 /// A pair whose rig is known exactly.
 #[derive(Debug)]
 pub struct MadePair {
-    /// Image and number of the scene.
+    /// Name of the image, and number of the scene.
     pub name: String,
     /// Left and right.
     pub pictures: [Picture; 2],
@@ -52,7 +53,8 @@ pub struct MadePair {
     pub meta: Meta,
 }
 
-/// Plane of a tile, `normal . X = 1`, and the map from a right pixel back to the left image.
+/// Plane `normal . X = 1` of a tile, in the left camera frame in baselines, and the map from a right pixel back to the
+/// left image.
 struct Plane {
     normal: Vector3<f64>,
     back: Matrix3<f64>,
@@ -72,7 +74,9 @@ impl Draw {
 }
 
 impl MadePair {
-    /// The scene of that number from an image.
+    /// The pair of a scene.
+    ///
+    /// * `scene`: number of the scene.
     ///
     /// # Errors
     /// If the shipped files are damaged.
@@ -127,6 +131,7 @@ impl MadePair {
     }
 }
 
+/// The rig of the shipped images with random pinholes, turn and baseline direction.
 fn rig(mut meta: Meta, [width, height]: [u16; 2], draw: &mut Draw) -> Result<Meta> {
     let focal = f64::from(width) * draw.within(FOCAL)?;
     let [cx, cy] = [width, height].map(|n| f64::from(n) / 2.0 - 0.5);
@@ -142,6 +147,7 @@ fn rig(mut meta: Meta, [width, height]: [u16; 2], draw: &mut Draw) -> Result<Met
     Ok(meta)
 }
 
+/// Inverse of the camera matrix.
 fn matrix(meta: &Meta) -> Result<Matrix3<f64>> {
     let k = Matrix3::from_fn(|i, j| meta.k_l[i][j]);
     k.try_inverse().context("the camera matrix")
@@ -166,7 +172,9 @@ fn planes(meta: &Meta, draw: &mut Draw) -> Result<Vec<Plane>> {
     (0..columns * rows).map(plane).collect()
 }
 
-/// The right image; grey where it shows no plane.
+/// The right image; mid grey where it shows no plane.
+///
+/// * `rays`: inverse of the camera matrix.
 fn seen(texture: &Picture, planes: &[Plane], rays: &Matrix3<f64>) -> Vec<f64> {
     let [width, height] = texture.size().map(f64::from);
     let [columns, rows] = TILES;
@@ -195,7 +203,8 @@ fn seen(texture: &Picture, planes: &[Plane], rays: &Matrix3<f64>) -> Vec<f64> {
     lines.concat()
 }
 
-/// Cubic interpolation (Catmull and Rom); bilinear interpolation blurs by the place between the pixels.
+/// Cubic interpolation (Catmull and Rom); `None` at the border. Bilinear interpolation would blur more in the middle
+/// between pixels than near them.
 fn cubic(picture: &Picture, [u, v]: [f64; 2]) -> Option<f64> {
     let [width, height] = picture.size().map(usize::from);
     let [left, top] = [u, v].map(|x| (x.floor() as usize).checked_sub(1));

@@ -1,4 +1,4 @@
-//! The matcher against the truth: the shipped images, unchanged and with the left image turned.
+//! Measures the matcher against the truth, on the shipped images, unchanged and with the left image turned.
 
 use anyhow::{Context, Result};
 use host_tests::data::{Dataset, Match, TurnedView};
@@ -15,7 +15,7 @@ use crate::matcher::{Matcher, MatcherConfig};
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
 
-/// Largest row offset of a right match, px.
+/// Largest row offset of a correct match under the truth, px.
 pub const RIGHT_PX: f64 = 1.5;
 
 /// Angle of the turned left view, degrees.
@@ -24,26 +24,26 @@ pub const DEGREES: f64 = 5.0;
 /// Matches against the truth, and the estimate from them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quality {
-    /// Matches a pair, mean.
+    /// Number of matches of a pair, mean.
     pub matches: f64,
     /// Share within [`RIGHT_PX`] of their true row.
     pub right: f64,
-    /// RMS row offset of the right matches, px.
+    /// RMS row offset of these correct matches, px.
     pub noise_px: f64,
-    /// Error of the fused estimate.
+    /// Error of the fused estimate, rad.
     pub error: Deviation<f64>,
 }
 
-/// One view of one set, by this matcher and by the project's SIFT matches.
+/// Quality of this matcher and of the project's SIFT matches in one view of one set.
 #[derive(Debug, Clone)]
 pub struct Measured {
     /// Name of the images.
     pub name: &'static str,
-    /// `None`: unchanged.
+    /// Direction in which the left image is turned; `None` if it is unchanged.
     pub view: Option<TurnedView>,
     /// Quality of this matcher.
     pub ours: Quality,
-    /// Quality of the recorded SIFT matches, with their points turned.
+    /// Quality of the recorded SIFT matches, with their left points turned.
     pub sift: Quality,
 }
 
@@ -75,7 +75,8 @@ pub fn measure(
     })
 }
 
-/// Measures a synthetic pair, starting from a side-by-side rig, beside the SIFT matches if there are any.
+/// Measures this matcher on a synthetic pair, and the SIFT matches if there are any. Both start from a side-by-side
+/// rig.
 ///
 /// # Errors
 /// If no pair can be fused.
@@ -147,10 +148,11 @@ struct Unseen {
     picture: Grey,
 }
 
-/// Half of the window around a match that must be visible, px.
+/// Half of the side of the window around a match that must be visible, px.
 const WINDOW: i32 = 12;
 
 impl Unseen {
+    /// Whether a window around a pixel has a pixel that the view does not show.
     fn near(&self, [u, v]: [f64; 2]) -> bool {
         let mut window = (-WINDOW..=WINDOW).step_by(4).flat_map(|dv| {
             (-WINDOW..=WINDOW).step_by(4).map(move |du| [u as i32 + du, v as i32 + dv])
@@ -162,6 +164,7 @@ impl Unseen {
     }
 }
 
+/// A turned view with black instead of the pixels that it does not show, and these pixels.
 fn filled(picture: &Grey) -> Result<(Picture, Unseen)> {
     let pixels = picture.pixels().iter().map(|pixel| pixel.unwrap_or(0)).collect();
     let filled = Picture::try_new(picture.size().map(usize::from), pixels)?;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use crate::matcher::Matcher;
 use crate::source::{Frame, Item, Source};
 
-/// Number of pairs examined.
+/// Largest number of pairs examined.
 const PAIRS: usize = 8;
 
 /// Largest shift of left against right, pairs.
@@ -18,10 +18,10 @@ const REACH: usize = 2;
 /// Least number of pairs for a result.
 pub const LEAST: usize = 3;
 
-/// A match this close to its row agrees, px.
+/// Largest row offset of a match that agrees with a rig, px.
 const IN_ROW_PX: f64 = 2.0;
 
-/// Ratio of matches above which the shifted pairs count as better.
+/// Ratio of agreeing matches, shifted over unshifted, above which the shifted pairs count as better.
 const CLEARLY: f64 = 1.5;
 
 /// Left images that fit right images of other pairs.
@@ -29,14 +29,14 @@ const CLEARLY: f64 = 1.5;
 pub struct Shift {
     /// Delay of the right images in pairs; negative if they are early.
     pub pairs: isize,
-    /// Matches of a pair that agree, without a shift.
+    /// Mean number of matches of a pair that agree, without a shift.
     pub matches: usize,
-    /// Matches of a pair that agree, with the shift.
+    /// Mean number of matches of a pair that agree, with the shift.
     pub shifted: usize,
 }
 
 impl Shift {
-    /// Compares shifts over the first pairs; `None` if the unshifted pairs fit best, or are too few.
+    /// Compares shifts over the first pairs. `None` if no shift is clearly better, or there are too few pairs.
     ///
     /// # Errors
     /// If the source cannot be read.
@@ -52,7 +52,7 @@ impl Shift {
             return Ok(None);
         }
         let count = pairs.len() as isize;
-        // A single pair fits a rig of its own, so two or more must agree.
+        // A single pair always fits some rig, so the largest shift leaves at least two pairs.
         let reach = REACH.min(pairs.len() - 2) as isize;
         let of = |shift: isize| -> usize {
             let both = |left: isize| {
@@ -99,8 +99,8 @@ fn matches(matcher: &Matcher, left: &Frame, right: &Frame) -> Vec<Match> {
     matcher.matches(&left, &right).map(|matched| matched.matches).unwrap_or_default()
 }
 
-/// Matches of all pairs in row under the extrinsics of the pair that most matches agree with. A moving rig with images
-/// of different moments has other extrinsics in each pair.
+/// Number of matches of all pairs in row under the extrinsics that were estimated from one of the pairs, for the best
+/// choice of this pair. If the cameras move and left and right show different moments, each pair has other extrinsics.
 fn in_agreement(matcher: &Matcher, all: &[Vec<Match>]) -> usize {
     let rigs = all.iter().filter_map(|matches| matcher.rows(matches));
     let agree = |rig| all.iter().map(|matches| matcher.in_row(matches, &rig, IN_ROW_PX)).sum();

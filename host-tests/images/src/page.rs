@@ -1,4 +1,4 @@
-//! The page of a run over images: pictures before and after, the verdict, then the common part of all runs.
+//! The page of a run over images: the verdict, pictures before and after, then the sections that all runs have.
 
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -28,12 +28,13 @@ const RANGE: u16 = 128;
 /// Radius of a match's dot, px.
 const DOT: i64 = 3;
 
-/// Row offset of the brightest colour, px of the image.
+/// Row offset that gets the brightest colour, px of the image.
 const BRIGHTEST_PX: f64 = 3.0;
 
-/// Start of the colours of row offsets: darker ones do not show on a dim image.
+/// Place of a row offset of 0 in the colour map: darker colours do not show on a dimmed image.
 const DARKEST: f64 = 0.3;
 
+/// JPEG quality, 1 to 100.
 const QUALITY: u8 = 85;
 
 /// Writes the page of a run into a folder.
@@ -77,7 +78,7 @@ fn verdict(report: &Report, command: &str) -> Section {
     for reason in &report.summary.reasons {
         row("arming, or the last pair", Cell::text(reason));
     }
-    // A text, because a number would move to the right of its column.
+    // A text, because a number would be aligned to the right of the column.
     row("matches a pair", Cell::text(format!("{:.0}", report.matches_a_pair)));
     if !report.skipped.is_empty() {
         row("skipped", Cell::text(&report.skipped));
@@ -90,11 +91,11 @@ fn verdict(report: &Report, command: &str) -> Section {
     section
 }
 
-/// Pictures of the best pair; a sentence if there is nothing to show.
+/// Pictures of the pair with the most matches; `None` without such a pair or without an estimate.
 fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     let (Some(best), Some(fused)) = (&session.best, session.log.fused()) else { return Ok(None) };
     let BestPair { number, frames, matches } = best;
-    // If the cameras are not side by side, the pictures are turned until they are, so that rows are level.
+    // Pictures of cameras that are not side by side are turned by quarters until they are, so that rows are level.
     let turns = QuarterTurns::upright(&fused.rig(&session.set.meta));
     let turned = |side: usize| -> Result<Picture> {
         Ok(frames[side].picture()?.turned(orientation(turns.0[side])))
@@ -126,7 +127,7 @@ fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     Ok(Some(section))
 }
 
-/// A picture and the line under it, for each rig.
+/// Pictures with the lines under them, one for each rig.
 type Row = Vec<(Drawing, String)>;
 
 /// The pictures of the rigs, side by side.
@@ -144,7 +145,8 @@ impl Panels {
         Self { pairs: Row::new(), disparities: Row::new(), offsets: Row::new(), numbers }
     }
 
-    /// The pictures of one rig; `false` if it has only its matches to show, because no rectified camera sees both.
+    /// Adds the pictures of one rig. `false` if only its matches can be shown, because no rectified camera sees the
+    /// views of both cameras.
     fn add(
         &mut self,
         rig: &str,
@@ -167,7 +169,9 @@ impl Panels {
         Ok(true)
     }
 
-    /// The rows of pictures, captioned for the pair of that name.
+    /// The rows of pictures with captions.
+    ///
+    /// * `name`: name of the pair.
     fn figures(self, name: &str, range: u16, command: &str) -> [Figure; 3] {
         let figure = |panels, caption, csv: &str| Figure {
             panels,
@@ -205,7 +209,7 @@ fn orientation(quarters: u8) -> Orientation {
     }
 }
 
-/// A pair, halved until it fits the width of the pictures.
+/// A pair with its rig and matches, halved until it fits the width of the pictures.
 fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<StereoImages> {
     let [left, right] = [halved(&pictures[0])?, halved(&pictures[1])?];
     let narrow = |picture: &Picture| picture.size()[0] <= WIDE;
@@ -229,7 +233,7 @@ fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<Ster
     })
 }
 
-/// The rig of images halved as in the pyramid: the first pixel stays.
+/// The rig of images halved as in the pyramid, in which the centre of the first pixel stays at 0.
 fn halved_meta(meta: &Meta, scale: f64) -> Meta {
     let mut small = meta.clone();
     for k in [&mut small.k_l, &mut small.k_r] {

@@ -9,10 +9,10 @@ use image::DynamicImage;
 use image::metadata::Orientation;
 use kornia_image::{Image, ImageSize};
 
-/// Share of the pixels of a 16-bit picture that may exceed its white.
+/// Share of the pixels of a 16-bit picture that may be brighter than the level that becomes white.
 const CLIPPED: f64 = 0.001;
 
-/// Largest difference of brightest and darkest pixel in an empty picture.
+/// Largest difference of the brightest and the darkest pixel in an empty picture.
 const CONTRAST: u8 = 8;
 
 /// A grey picture; the centre of its top left pixel is at `(0, 0)`.
@@ -30,7 +30,7 @@ impl Picture {
     /// From rows of pixels, top first.
     ///
     /// # Errors
-    /// If their number differs from the size, or a side is longer than 65535 px.
+    /// If the number of pixels does not fit the size, or a side is shorter than 2 or longer than 65535 px.
     pub fn try_new(size: [usize; 2], pixels: Vec<u8>) -> Result<Self> {
         let [width, height] = size;
         for length in size {
@@ -51,7 +51,7 @@ impl Picture {
         Ok(Self::read_with_orientation(path)?.0)
     }
 
-    /// The same, with the orientation of its EXIF data.
+    /// As [`Picture::read`], with the orientation from the EXIF data of the file.
     ///
     /// # Errors
     /// Names the file.
@@ -63,10 +63,10 @@ impl Picture {
             .with_context(|| format!("cannot read the image {name}"))
     }
 
-    /// Decodes the bytes of such a file.
+    /// Decodes the bytes of a file that [`Picture::read`] reads.
     ///
     /// # Errors
-    /// If they are not an image, or a damaged one.
+    /// If the bytes are not an image, or the image is damaged.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         Self::of(decoded(bytes)?.0)
     }
@@ -85,10 +85,10 @@ impl Picture {
         Self::of(image).unwrap_or(self)
     }
 
-    /// The left or the right half of a picture of both cameras side by side.
+    /// The left (0) or the right (1) half of a picture of both cameras side by side.
     ///
     /// # Errors
-    /// If its width is odd or too small.
+    /// If the width is odd or too small.
     pub fn half(&self, side: usize) -> Result<Self> {
         let [width, height] = self.size().map(usize::from);
         ensure!(width % 2 == 0, "{width} px: the width of a picture of both cameras must be even");
@@ -100,7 +100,7 @@ impl Picture {
         )
     }
 
-    /// Resampled to another size, by areas.
+    /// Resampled to another size with a triangle filter, which averages over the area of a pixel.
     ///
     /// # Errors
     /// As [`Picture::try_new`].
@@ -130,7 +130,7 @@ impl Picture {
         Self::try_new(size, pixels)
     }
 
-    /// From rows of 16-bit pixels, top first: the brightest become white, for any bit depth of the camera.
+    /// From rows of 16-bit pixels, top first. The brightest pixels become white, whatever the bit depth of the camera.
     ///
     /// # Errors
     /// As [`Picture::try_new`].
@@ -158,7 +158,7 @@ impl Picture {
         Self(image)
     }
 
-    /// Whether the picture shows anything; false if all is black or white, as with a cap on the lens.
+    /// Whether the picture shows nothing: all pixels have almost the same grey value, as with a cap on the lens.
     #[must_use]
     pub fn is_blank(&self) -> bool {
         let (least, most) = self
@@ -174,11 +174,11 @@ fn decoded(bytes: &[u8]) -> Result<(DynamicImage, Orientation)> {
         image::guess_format(bytes).is_ok(),
         "neither PNG nor JPEG nor PGM nor TIFF nor BMP nor WebP: save it as one of them"
     );
-    // Not an `ImageReader`, whose generic decoders would be compiled once more here.
+    // `ImageReader` is generic, so its decoders would be compiled once more here.
     Ok((image::load_from_memory(bytes)?, orientation(bytes)))
 }
 
-/// The orientation of the EXIF data, if any.
+/// The orientation from the EXIF data; `NoTransforms` without EXIF data.
 fn orientation(bytes: &[u8]) -> Orientation {
     let exif = exif::Reader::new().read_from_container(&mut Cursor::new(bytes)).ok();
     exif.and_then(|exif| {

@@ -1,4 +1,4 @@
-//! Pairs of a source through the matcher: in parallel, in order, a bounded number at a time.
+//! Matches the pairs of a source: a bounded number at a time, in parallel, with results in order.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -34,13 +34,13 @@ pub enum Done {
 /// Reason for a skipped item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Skip {
-    /// It has no partner or no image.
+    /// An image without a partner, or a damaged part of a bag.
     Alone,
-    /// It cannot be read or decoded.
+    /// An image cannot be read or decoded, or not be matched.
     Unreadable,
-    /// Left and right, or the rig, differ in size.
+    /// An image differs in size from those of the rig.
     Size,
-    /// The image is empty.
+    /// An image is empty: it has one grey value.
     Blank,
     /// Left and right are exchanged.
     Exchanged,
@@ -67,9 +67,9 @@ impl Skip {
 /// Selected pairs of a source.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Selection {
-    /// Take every so many pairs.
+    /// Step between the pairs taken: 1 takes every pair, 2 every second pair.
     pub every: usize,
-    /// Take at most so many pairs.
+    /// Largest number of pairs to take.
     pub most: usize,
 }
 
@@ -80,12 +80,13 @@ pub struct First {
     pub frames: [Frame; 2],
     /// Width and height as stored, px.
     pub sizes: [[u16; 2]; 2],
-    /// The turns of their EXIF data.
+    /// EXIF orientations.
     pub turns: [Orientation; 2],
 }
 
 impl First {
-    /// Width and height, px, if the images of these sides are turned by their EXIF data.
+    /// Width and height of the left and the right image, px, if the images of these sides are turned by their EXIF
+    /// orientation.
     #[must_use]
     pub fn sizes_if(&self, upright: [bool; 2]) -> [[u16; 2]; 2] {
         [0, 1].map(|side| {
@@ -105,7 +106,7 @@ fn is_quarter(turn: Orientation) -> bool {
     )
 }
 
-/// Reads the first pair.
+/// Reads the first pair that can be decoded.
 ///
 /// # Errors
 /// If no pair of the source can be read.
@@ -180,7 +181,7 @@ pub fn run(
         if ended { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     if !ended {
-        // The remaining pairs; a break has nothing left to end.
+        // These are the last pairs, so the answer does not matter.
         let _ = flush(&mut waiting);
     }
     Ok(())
@@ -215,6 +216,7 @@ fn processed(item: Item, matcher: &Matcher, sizes: [[u16; 2]; 2]) -> Done {
     }
 }
 
+/// Why pictures cannot be matched, if so.
 fn unfit(pictures: [&Picture; 2], sizes: [[u16; 2]; 2]) -> Option<(Skip, String)> {
     for ((side, picture), size) in ["left", "right"].into_iter().zip(pictures).zip(sizes) {
         let [width, height] = picture.size();

@@ -6,16 +6,17 @@ use host_tests::data::{Meta, Rows};
 /// Change of an image: cropped, then scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
-    /// Its first pixel in the whole image, px.
+    /// Place of the first pixel of the new image in the whole image, px.
     pub offset: [f64; 2],
-    /// Size of a pixel of the whole image, px of the new one.
+    /// Size of a pixel of the whole image, in px of the new image.
     pub scale: [f64; 2],
-    /// Width and height of the new one, px.
+    /// Width and height of the new image, px.
     pub size: [u16; 2],
 }
 
 impl Change {
-    /// The change by a region of interest (the whole image if its width or height is 0) and a binning (1 if it is 0).
+    /// The change by a region of interest `[x, y, width, height]` (the whole image if width or height is 0) and a
+    /// binning (1 if it is 0).
     ///
     /// # Errors
     /// If the region is not in the image.
@@ -47,14 +48,15 @@ impl Change {
         }
     }
 
-    /// Cropped from the middle.
+    /// A crop from the middle.
     #[must_use]
     pub fn centre(from: [u16; 2], to: [u16; 2]) -> Self {
         let offset = [0, 1].map(|i| ((f64::from(from[i]) - f64::from(to[i])) / 2.0).floor());
         Self { offset, scale: [1.0; 2], size: to }
     }
 
-    /// The centre of the first pixel is at 0, so scaling moves a border by half a pixel of each image.
+    /// Camera matrix of the new image. The centre of the first pixel is at 0, so the border of an image is at -0.5,
+    /// before and after the change.
     fn camera(&self, [[fx, skew, cx], [zero, fy, cy], bottom]: Rows) -> Rows {
         let [sx, sy] = self.scale;
         let centre = |c: f64, i: usize| (c - self.offset[i] + 0.5) * self.scale[i] - 0.5;

@@ -16,7 +16,7 @@ use crate::source::{Frame, RigOf};
 /// Diagonal of 35 mm film, mm.
 const FILM_MM: f64 = 43.267;
 
-/// A rig for images of a size, and notes about it.
+/// A rig for images of a given size, and notes about it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FoundRig {
     /// The rig.
@@ -25,7 +25,8 @@ pub struct FoundRig {
     pub guessed: bool,
     /// Notes for the user.
     pub notes: Vec<String>,
-    /// The same if the images were cropped from the middle, where that is possible.
+    /// The rig under the assumption that the images were cropped from the middle instead of scaled, if both are
+    /// possible.
     pub if_cut: Option<Box<Meta>>,
 }
 
@@ -57,8 +58,8 @@ pub struct RigRequest {
 }
 
 impl RigRequest {
-    /// The rig: from the given files, the focal length, the source, or the EXIF data of an image. Options override the
-    /// rig of the source, which is then not read.
+    /// Finds the rig: in the given files, from the given focal length, in the source, or in the EXIF data of an image,
+    /// in this order. The rig of the source is not read if the user gives files or a focal length.
     ///
     /// * `sizes`: sizes of the left and the right images, px.
     /// * `frame`: a left image.
@@ -99,7 +100,8 @@ impl RigRequest {
         }
     }
 
-    /// The rig for images of a size: scaled if they have the same shape, or cropped.
+    /// The rig for images of these sizes. Images of another size than the rig's are scaled or cropped as the user says;
+    /// otherwise they count as scaled if they have the same shape.
     fn fitted(&self, meta: Meta, sizes: [[u16; 2]; 2]) -> Result<FoundRig> {
         let own = meta.sizes();
         if own == sizes {
@@ -174,6 +176,7 @@ impl RigRequest {
     }
 }
 
+/// A rig of two side-by-side pinholes with this focal length, px.
 fn guess(focal: f64, sizes: [[u16; 2]; 2], from: &str) -> FoundRig {
     let k = |size: [u16; 2]| {
         let [cx, cy] = size.map(|n| (f64::from(n) - 1.0) / 2.0);
@@ -228,7 +231,7 @@ fn focal_in(path: &Path, [width, height]: [u16; 2]) -> Result<Option<f64>> {
     if let Some(film) = number(Tag::FocalLengthIn35mmFilm) {
         return Ok(Some(film / FILM_MM * diagonal));
     }
-    // Length of the sensor's unit: code 2 means inches, 3 centimetres.
+    // Unit of the sensor's resolution: code 2 means inches, 3 centimetres.
     let unit_mm = if number(Tag::FocalPlaneResolutionUnit) == Some(3.0) { 10.0 } else { 25.4 };
     let both = number(Tag::FocalLength).zip(number(Tag::FocalPlaneXResolution));
     Ok(both.map(|(mm, resolution)| mm * resolution / unit_mm))
@@ -309,11 +312,11 @@ mod tests {
             );
             found.map(|rig| (rig.guessed, rig.meta.k_l[0][0]))
         };
-        // 28 mm of the film's diagonal, 800 px here.
+        // 28 mm on film, whose diagonal corresponds to the 800 px of the image's diagonal.
         let film = field(Tag::FocalLengthIn35mmFilm, Value::Short(vec![28]));
         let (guessed, px) = focal(&[film]).unwrap();
         assert!(guessed && (px - 28.0 / 43.267 * 800.0).abs() < 1e-9, "{px}");
-        // 4 mm, and 2000 pixels a centimetre.
+        // A focal length of 4 mm, and 2000 pixels per centimetre.
         let [length, resolution, unit] = [
             field(Tag::FocalLength, ratio(40, 10)),
             field(Tag::FocalPlaneXResolution, ratio(2000, 1)),

@@ -1,4 +1,5 @@
-//! Candidate calibrations over the same matches: rows, coverage, depths, and whether a difference is significant.
+//! Compares candidate calibrations on the same matches: rows, coverage, depths, and whether a difference is
+//! significant.
 //!
 //! All candidates are scored on the matches within [`SCREEN_PX`] of their rows under at least one of them. With
 //! held-out pairs the estimate uses every other pair, and all candidates are scored on the rest.
@@ -13,14 +14,16 @@ use serde::Serialize;
 use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations};
 use stereo_selfcal::{Calibration, Config, Extrinsics};
 
-/// A match this close to its row counts for coverage, px.
+/// Largest row offset of a match that counts for coverage, px.
 const IN_ROW_PX: f64 = 1.0;
 
-/// Cells of the left image, across and down, and the number of matches in row that covers a cell.
+/// Cells of the left image, across and down.
 const CELLS: [usize; 2] = [8, 6];
+
+/// Number of matches in row that cover a cell.
 const COVERED: usize = 3;
 
-/// Parts of an image, across and down, that count separately if there are few pairs.
+/// Number of parts of an image, across and down, that are separate observations if there are few pairs.
 const PARTS: usize = 3;
 
 /// With at least this many pairs each pair is one observation; with fewer each part of a pair is one.
@@ -45,9 +48,9 @@ pub struct Score {
     pub name: String,
     /// RMS row offset, px.
     pub rows_px: f64,
-    /// Share of the cells of the left image with matches in row.
+    /// Share of the cells of the left image that matches in row cover.
     pub coverage: f64,
-    /// Median difference of the depths from those of the estimate, relative.
+    /// Median difference of the depths from those of the estimate, relative; `None` without an estimate.
     pub depth_off: Option<f64>,
 }
 
@@ -58,7 +61,7 @@ pub struct Comparison {
     pub better: String,
     /// The other candidate.
     pub worse: String,
-    /// Difference of the mean squared row offsets, and the limits of its 95 % interval, px^2.
+    /// Difference of the mean squared row offsets, and the limits of its 95 % confidence interval, px^2.
     pub by_px2: [f64; 3],
     /// Whether the interval excludes 0.
     pub significant: bool,
@@ -73,16 +76,16 @@ pub struct Scores {
     pub pairs: usize,
     /// Number of matches scored.
     pub matches: usize,
-    /// Whether the estimate has not used these pairs.
+    /// Whether the scored pairs were held out: the estimate has not used them.
     pub held_out: bool,
-    /// Candidates in the given order; the estimate last.
+    /// Candidates in the given order, then the estimate, if there is one.
     pub candidates: Vec<Score>,
     /// Comparisons of all candidates with each other.
     pub comparisons: Vec<Comparison>,
 }
 
 impl Scores {
-    /// Scores candidates, and the estimate from the pairs with the first of them.
+    /// Scores candidates, and the estimate of a run that starts from the first candidate.
     ///
     /// # Errors
     /// If a candidate is not valid, or there are no pairs.
@@ -145,14 +148,16 @@ fn calibration(candidate: &Candidate) -> Result<Calibration<f64>> {
     set.calibration(&extrinsics, &LensCorrection::NONE).with_context(|| candidate.name.clone())
 }
 
-/// A scored match: pair and number.
+/// A scored match: numbers of its pair and of the match in the pair.
 #[derive(Debug, Clone, Copy)]
 struct Kept([usize; 2]);
 
 impl Kept {
+    /// Row offset of the match under a candidate, px, for the score.
     fn of(self, offsets: &[Vec<Option<f64>>]) -> Option<f64> {
         let Self([pair, i]) = self;
-        // A match without a row under a candidate counts like the worst one kept.
+        // A match without a row under a candidate counts as an offset of `SCREEN_PX`. Offsets are clipped at
+        // twice this.
         Some(
             offsets
                 .get(pair)?
@@ -167,6 +172,7 @@ impl Kept {
     }
 }
 
+/// The matches within [`SCREEN_PX`] of their rows under at least one candidate.
 fn kept(set: &Dataset, offsets: &[Vec<Vec<Option<f64>>>]) -> Vec<Kept> {
     let fits = |pair: usize, i: usize| {
         let mut all = offsets.iter().filter_map(|of| of[pair][i]);
@@ -195,7 +201,7 @@ fn coverage(set: &Dataset, offsets: &[Vec<Option<f64>>]) -> f64 {
     covered as f64 / (CELLS[0] * CELLS[1]) as f64
 }
 
-/// Disparity of a match at unit depth; its inverse is the depth in baselines.
+/// Disparity of a match at unit depth; its inverse is the depth in baselines. `None` unless it is positive.
 fn disparity(calibration: &Calibration<f64>, m: &Match) -> Option<f64> {
     let rotations = RectifyingRotations::from(&calibration.extrinsics);
     let left = calibration.cameras.left.ray([m.ul, m.vl]).ok()?.push(1.0);
@@ -217,7 +223,7 @@ fn depth_off(
     median(kept.iter().filter_map(off))
 }
 
-/// The paired difference of two candidates.
+/// Compares two candidates by the paired differences of their squared row offsets. `None` for too few observations.
 fn compared(
     set: &Dataset,
     kept: &[Kept],
@@ -306,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn the_true_rig_is_better_than_one_that_is_off_and_two_alike_are_not() {
+    fn the_true_rig_is_better_than_a_turned_one_and_two_equal_rigs_hardly_differ() {
         for pairs in [2, 8] {
             let set = Scenario::new(ScenarioKind::Near, pairs).dataset(7).unwrap();
             let scores = Scores::of(&set, candidates(&set, 0.05), true).unwrap();

@@ -1,4 +1,4 @@
-//! A run over a source: matches into the calibrator, and its results.
+//! A run over a source: matches the pairs, passes the matches to the calibrator, and keeps the results.
 
 use std::collections::HashMap;
 use std::fs::File;
@@ -19,7 +19,7 @@ use crate::pipeline::{self, Done, Selection, Skip};
 use crate::rig::FoundRig;
 use crate::source::{Frame, Source};
 
-/// Number of pairs after which a source is given up if all are exchanged.
+/// Number of pairs with left and right exchanged after which a run ends, if it has no other pairs.
 const ENOUGH_EXCHANGED: usize = 5;
 
 /// Inputs of a run.
@@ -27,13 +27,13 @@ const ENOUGH_EXCHANGED: usize = 5;
 pub struct Request<'a> {
     /// Source of the pairs.
     pub source: &'a Source,
-    /// Their rig.
+    /// Rig of the pairs.
     pub rig: &'a FoundRig,
     /// The matcher's parameters.
     pub matcher: MatcherConfig,
     /// Selected pairs.
     pub selection: Selection,
-    /// File for the frames of a matcher.
+    /// File for the matches as frames of the link.
     pub frames: Option<&'a Path>,
     /// Folder for rig and matches as a data set, pair by pair.
     pub out: Option<&'a Path>,
@@ -42,9 +42,9 @@ pub struct Request<'a> {
 /// Results of a run.
 #[derive(Debug)]
 pub struct Session {
-    /// The rig and the matches of all pairs; of every 2nd, 4th, .. pair in a long run.
+    /// The rig, and the matches of all pairs, or of every 2nd, 4th, ... pair of a long run.
     pub set: Dataset,
-    /// Pairs matched.
+    /// Number of pairs matched.
     pub pairs: usize,
     /// Log of the calibrator.
     pub log: RunLog,
@@ -52,11 +52,11 @@ pub struct Session {
     pub skipped: HashMap<Skip, usize>,
     /// The pair with the most matches.
     pub best: Option<BestPair>,
-    /// Matches that do not fit a frame.
+    /// Number of matches that do not fit a frame of the link.
     pub left_out: usize,
-    /// Result of the test for different moments, if it was made.
+    /// The shift between left and right images, if the test found that they show different moments.
     pub shift: Option<Shift>,
-    /// Whether the run ended before the source.
+    /// Whether the user ended the run.
     pub stopped: bool,
 }
 
@@ -79,7 +79,7 @@ pub trait Listener {
     fn skipped(&mut self, why: &str);
 }
 
-/// Encodes pairs as frames, if requested.
+/// Writes pairs as frames of the link, if requested.
 struct Frames(Option<(Sender, BufWriter<File>, PathBuf)>);
 
 impl Frames {
@@ -140,12 +140,12 @@ struct Run {
     frames: Frames,
     /// Folder for the matches on arrival, so that an interrupted run loses none.
     out: Option<PathBuf>,
-    /// That folder, from the first pair on: a run without pairs leaves nothing.
+    /// The folder `out`, which is created with the first pair, so that a run without pairs leaves no folder.
     folder: Option<PairsFolder>,
     /// Pairs for the figures at the end.
     kept: KeptPairs,
     session: Session,
-    /// Error that ended it.
+    /// Error that ended the run.
     failed: Option<anyhow::Error>,
 }
 
@@ -220,7 +220,7 @@ impl Run {
 }
 
 impl Session {
-    /// `Break` if all pairs so far have left and right exchanged.
+    /// `Break` if no pair was matched, and left and right are exchanged in [`ENOUGH_EXCHANGED`] pairs.
     fn verdict_on_order(&self) -> ControlFlow<()> {
         let exchanged = self.count(Skip::Exchanged);
         let hopeless = self.pairs == 0 && exchanged >= ENOUGH_EXCHANGED;
@@ -241,6 +241,10 @@ impl Session {
         words.collect::<Vec<_>>().join(", ")
     }
 
+    /// The session with the test for different moments.
+    ///
+    /// # Errors
+    /// If no pair was matched.
     fn checked(mut self, matcher: &Matcher, source: &Source) -> Result<Self> {
         if self.pairs == 0 {
             if self.count(Skip::Exchanged) > 0 {

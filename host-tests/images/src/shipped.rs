@@ -1,4 +1,4 @@
-//! The images of the project.
+//! The images that the project ships.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ impl ShippedImages {
     /// All image sets.
     pub const ALL: [Self; 3] = [Self::Chess, Self::Motorcycle, Self::Aloe];
 
-    /// The images of that name, unless a file or a folder has it.
+    /// The images with this name, unless a file or a folder has the same name.
     #[must_use]
     pub fn named(place: &Path) -> Option<Self> {
         let of_name = |images: &Self| place.to_str() == Some(images.name());

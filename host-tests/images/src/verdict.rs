@@ -11,22 +11,23 @@ use crate::coverage::Coverage;
 use crate::moments;
 use crate::session::Session;
 
-/// Row offset above which a matcher that searches along rows misses, px; equal to the bands of the core.
+/// RMS row offset from which on a matcher that searches along rows misses, px; the same limit as that of the core's
+/// `Band::Recalibrate`.
 const BAD_PX: f64 = 1.0;
 
-/// The estimate improves the rows if its row offset is below this share of that in use.
+/// The estimate improves the rows if its RMS row offset is below this share of the RMS row offset in use.
 const IMPROVEMENT: f64 = 0.9;
 
-/// Share of matches in row below which the pairs fit no rig.
+/// Share of all matches in row with the estimate, below which the pairs count as fitting no rig.
 const IN_ROW: f64 = 0.5;
 
 /// Recommended action.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// Rows are aligned, and the estimate does not align them better.
+    /// Row offsets are below a pixel, and the estimate does not improve them clearly.
     Good,
-    /// Rows are within a pixel, but the estimate aligns them better.
+    /// Row offsets are below a pixel, but the estimate improves them clearly.
     Improvable,
     /// Row offsets are a pixel or more.
     Recalibrate,
@@ -67,7 +68,7 @@ pub struct Report {
     pub reasons: Vec<String>,
     /// Whether the intrinsics are a guess.
     pub rig_guessed: bool,
-    /// Skipped items in words.
+    /// Numbers of skipped items by reason, in words.
     pub skipped: String,
     /// Matches a pair, mean.
     pub matches_a_pair: f64,
@@ -160,7 +161,7 @@ fn doubt_in_words(fused: &Estimate) -> Option<String> {
     }
 }
 
-/// The verdict by row offsets in use and with the estimate, px, and its reason.
+/// The verdict by the RMS row offsets in use and with the estimate, px, and its reason.
 fn of_rows(before: f64, after: f64) -> (Verdict, String) {
     let both = format!("rows are {before:.2} px off, {after:.2} px with the estimate");
     if before >= BAD_PX {

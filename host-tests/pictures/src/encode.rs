@@ -108,7 +108,7 @@ pub fn before_and_after(rows: [&Rectification; 2]) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// No wider than a panel of the page.
+/// Encodes an image as JPEG, no wider than a panel of the page.
 fn jpeg(image: &RgbImage) -> Result<Picture> {
     let [width, height] = [image.width(), image.height()];
     let shown = width.min(WIDEST);

@@ -29,7 +29,7 @@ impl Grey {
         Ok(Self { size: [width, height], pixels: image.into_raw().into_iter().map(Some).collect() })
     }
 
-    /// From rows of pixels, top first; `None` is unseen.
+    /// The image of rows of pixels, top first. `None`: the pixel is unseen.
     ///
     /// # Errors
     /// If their number differs from the size.

@@ -152,7 +152,8 @@ fn aggregate_along(
     }
 }
 
-/// One row of disparities: the cheapest disparity, if it is unique and the right image's pixel has the same.
+/// One row of disparities: for each pixel the cheapest disparity, if it is unique and the pixel of the right image has
+/// the same one.
 fn row(sums: &[i16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
     let width = pixels.len();
     let cheapest = |costs: &mut dyn Iterator<Item = i16>| {

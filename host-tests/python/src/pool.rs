@@ -18,7 +18,7 @@ pub(crate) fn install<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) 
     Ok(py.detach(|| pool.install(work)))
 }
 
-/// The same, until Ctrl-C, which Python reports only in the thread of the caller.
+/// As [`install`], until Ctrl-C. Python reports Ctrl-C only in the thread of the caller.
 ///
 /// * `stop`: set by Ctrl-C; the work ends soon after.
 ///

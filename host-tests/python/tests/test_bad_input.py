@@ -196,7 +196,7 @@ def test_left_and_right_exchanged_is_named_and_never_replaces_the_estimate() -> 
         except sc.PairError as error:
             assert "left and right exchanged" in str(error) and "Exchange left and right" in str(error)
             named += 1
-    # Other pairs have no consensus: their points are behind infinity and have no weight.
+    # Other pairs are not solved: points of negative disparity have no weight, so too few matches support a pose.
     assert named >= 8
     assert calibrator.state == "lost"
     np.testing.assert_array_equal(calibrator.in_use.R, before)

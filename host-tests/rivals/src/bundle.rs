@@ -53,7 +53,7 @@ impl Method for Bundle {
     }
 }
 
-/// All correspondences of all pairs adjusted, from `start` or from the start of the setting.
+/// Adjusts all correspondences of all pairs, from `start` or from the start of the setting.
 fn adjusted(
     pairs: &[Vec<Rays>],
     start: Option<&Extrinsics<f64>>,

@@ -27,7 +27,7 @@ impl Scaling {
         p_r.dot(&n_r) * factor
     }
 
-    /// The same, and its derivative by the five unknowns of the pose.
+    /// The signed residual, and its derivative by the five unknowns of the pose.
     pub(super) fn linearised(
         self,
         essential: &Essential,

@@ -75,8 +75,8 @@ pub(super) fn running(
     after.collect()
 }
 
-/// The same for an iterated filter: `update` corrects the first belief by a pair that is linearised about the second,
-/// the result of the previous iteration.
+/// As [`running`], for an iterated filter. `update` gets the belief before the pair, and the result of the previous
+/// iteration, about which it linearises the pair.
 pub(super) fn iterated(
     pairs: &[Vec<Rays>],
     setting: &Setting,

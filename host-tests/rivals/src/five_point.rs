@@ -57,7 +57,7 @@ const REAL: f64 = 1e-6;
 /// A polynomial of degree at most 3, by its coefficients.
 type Cubic = SVector<f64, 20>;
 
-/// At most ten matrices, one of which is the true one if all five correspondences are true.
+/// The essential matrices of five correspondences, at most ten. One of them is the true one if all five are true.
 pub(super) fn five_point(sample: &[Rays; 5]) -> Vec<Matrix3<f64>> {
     essentials(sample).unwrap_or_default()
 }

@@ -46,7 +46,7 @@ impl Method for Hansen {
         filter::running(pairs, setting, |belief, rays| {
             let pair = gate::passed(single(rays, setting), rays, setting)?;
             let information = gate::information(&pair, rays, setting.noise());
-            // The pair's estimate is the measurement: linear, with residual zero.
+            // The measurement is the estimate of the pair, so it is linear and its residual is zero.
             belief.corrected(&pair, information, Vector5::zeros())
         })
     }

@@ -2,7 +2,7 @@
 //!
 //! Minimises the epipolar constraint `p_r^T [t]x R p_l` (eq 3 of Zhao et al., erratum 9) over five degrees of
 //! freedom on the manifold, `R` perturbed on the left and `t` on the unit sphere, by
-//! Levenberg-Marquardt with Huber weights. It is the baseline of Zhao et al., as whom it is run here:
+//! Levenberg-Marquardt with Huber weights. Zhao et al. compare with it, and it runs here as theirs does:
 //! each pair alone from the start, mean directions over pairs (their eqs 20-22).
 //!
 //! Filled in or left out: the Huber threshold, 1 px at unit depth as Zhao et al.; the published stop
@@ -21,8 +21,8 @@ use host_tests::data::Rays;
 /// Huber threshold, px.
 const HUBER_PX: f64 = 1.0;
 
-/// The same in deviations of a coordinate, if those are estimated: 1.345 of the residual, which has the noise of two
-/// coordinates.
+/// Huber threshold in deviations of a coordinate, if the noise is estimated: 1.345 deviations of the residual, which
+/// has the noise of two coordinates.
 const HUBER_SD: f64 = 1.345 * std::f64::consts::SQRT_2;
 
 /// The method.

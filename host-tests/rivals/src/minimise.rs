@@ -59,7 +59,8 @@ pub(super) fn minimise(start: &Pose, rays: &[Rays], scaling: Scaling, loss: Loss
     let (mut h, mut g) = normal_equations(&pose, rays, scaling, loss);
     let mut damping = 1e-3;
     for _ in 0..STEPS {
-        // The damping is proportional to the diagonal, so a free direction stays.
+        // The damping is proportional to the diagonal. The small part of the trace keeps it above 0 in a direction that
+        // the matches leave free.
         let scale = h.diagonal().add_scalar(h.trace() * 1e-12);
         let damped = h + Matrix5::from_diagonal(&(scale * damping));
         let step = -damped.cholesky()?.solve(&g);

@@ -64,17 +64,17 @@ fn updated(prior: &Belief, at: &Pose, rays: &[Rays], noise: f64) -> Option<Belie
     prior.corrected(at, information / variance, gradient / variance)
 }
 
-/// One correspondence; `None` if its point would be behind the right camera.
+/// The block of one correspondence; `None` if its point would be behind the right camera.
 fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
     let turned = at.r * p_l;
     let inverse_depth = inverse_depth(at, &turned, p_r);
-    // The point over its left depth, right camera frame.
+    // The point in the right camera frame, divided by its depth in the left camera.
     let p = turned + at.t * inverse_depth;
     if p.z < 0.1 {
         return None;
     }
     let projection = Matrix2x3::new(1.0, 0.0, -p.x / p.z, 0.0, 1.0, -p.y / p.z) / p.z;
-    // The left coordinates equal their measurements.
+    // The point is taken on the left ray, so its left coordinates equal their measurements.
     let miss = Vector4::new(0.0, 0.0, p.x / p.z - p_r.x, p.y / p.z - p_r.y);
     let r = at.r.matrix();
     // Derivatives by the left coordinates and the inverse depth.

@@ -63,7 +63,7 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
         for [p_l, p_r] in rays {
             let [left, right] = [p_l, p_r].map(|ray| camera.pixel(ray.xy().map(f32::lit)));
             let Some((left, right)) = left.ok().zip(right.ok()) else { continue };
-            // A refused match does not count, as with any matcher.
+            // A match that the core refuses is left out.
             let _ = calibrator.push(&Correspondence { left, right, score: 1.0, grid_step: 0.0 });
         }
         // A refused pair leaves the estimate unchanged.

@@ -2,12 +2,12 @@
 //!
 //! M. A. Fischler and R. C. Bolles, 1981; minimal samples by `five_point`; truncated squares of Sampson residuals as
 //! the score (Torr and Zisserman, MSAC, 2000); samples until one of true matches only was drawn with a probability of
-//! 0.999. The best `E` is decomposed by the sides of the points, then refined twice on its inliers. Each pair alone;
-//! over pairs the chordal mean of `R` and the mean direction of `t`. The start serves to refuse poses that are far from
-//! it alone: a plane is seen alike by two rigs, of which the other is far off.
+//! 0.999. The best `E` gives the pose with most points in front of both cameras, which is then refined twice on its
+//! inliers. Each pair is solved alone; over pairs the chordal mean of `R` and the mean direction of `t`. The start only
+//! serves to refuse poses that are far from it: two rigs see a plane alike, and the wrong one is far off.
 //!
-//! Written here: of the crates, `eight-point` is of 2020 and needs a nalgebra of its time, and
-//! `kornia-3d`, which has all of it, brings 165 crates.
+//! It is written here, because the crate `eight-point` (2020) needs an old nalgebra, and `kornia-3d`, which has all of
+//! it, brings 165 crates.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rand::SeedableRng;

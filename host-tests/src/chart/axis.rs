@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Largest number of decades on a logarithmic axis.
 const MAX_DECADES: f64 = 6.0;
 
-/// Number of decades below which there are ticks between the powers of ten, and below which there are more of them.
+/// Lengths of an axis, decades: below the first there are ticks between the powers of ten, below the second more ticks.
 const FEW_DECADES: f64 = 2.2;
 const ONE_DECADE: f64 = 1.0;
 
@@ -16,13 +16,13 @@ const LEAST_BAR: f64 = 0.1;
 const LINEAR_TICKS: f64 = 6.0;
 const MOST_TICKS: i32 = 20;
 
-/// Keeps the ticks at both ends of a range, in steps.
+/// Tolerance that keeps the ticks at both ends of a range, in steps or decades.
 const ROUNDING: f64 = 1e-9;
 
 /// One direction of a chart.
 #[derive(Debug, Clone)]
 pub struct Axis {
-    /// In logarithms, if logarithmic.
+    /// Ends of the axis; their decimal logarithms if the axis is logarithmic.
     range: Range<f64>,
     /// Values and labels.
     ticks: Vec<(f64, String)>,
@@ -82,7 +82,7 @@ impl Axis {
         if self.log { 10_f64.powf(self.range.start) } else { self.range.start }
     }
 
-    /// Whether the value lies on the axis.
+    /// Whether the value can be drawn: finite, and positive on a logarithmic axis.
     #[must_use]
     pub fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
@@ -96,7 +96,7 @@ fn log_extremes(values: impl Iterator<Item = f64>) -> (f64, f64) {
     (low.max(high - MAX_DECADES), high)
 }
 
-/// Round numbers within a range, no closer than `least`.
+/// Round numbers within a range, at least `least` apart.
 fn linear_ticks(range: &Range<f64>, least: f64) -> Vec<(f64, String)> {
     let step = nice_step(least);
     let first = (range.start / step - ROUNDING).ceil();
@@ -182,7 +182,7 @@ mod tests {
 
     #[test]
     #[expect(clippy::float_cmp, reason = "ends and middle of the axis")]
-    fn values_beyond_the_axis_are_drawn_at_its_ends() {
+    fn values_beyond_the_axis_are_placed_at_its_ends() {
         let axis = Axis::log([0.01, 1.0].into_iter());
         let places = [0.0, 1e9, 0.1].map(|value| axis.place(value, [0.0, 100.0]));
         assert_eq!(places, [0.0, 100.0, 50.0]);

@@ -1,6 +1,7 @@
-//! Charts of a page: curves and bars, on a logarithmic axis.
+//! Charts of a page: curves and bars, mostly on a logarithmic axis.
 //!
-//! They are small, black on transparent, and legible on a phone and on a dark page. The page has their legend.
+//! The charts are small, so that they are legible on a phone. Their text is black on a transparent background; the page
+//! replaces the colours, so that the charts are legible on a dark page too. The page has their legend.
 
 use super::axis::Axis;
 use super::palette::{Color, Rgb};
@@ -19,13 +20,13 @@ const BELOW: [f64; 2] = [52.0, 32.0];
 const TITLE: f64 = 15.0;
 const TEXT: f64 = 13.0;
 
-/// Largest number of points of a curve with dots.
+/// Largest number of points of a curve that is drawn with dots.
 const FEW_POINTS: usize = 20;
 
 /// Share of a group's width for its bars, and share of a bar's place for the bar.
 const FILLED: [f64; 2] = [0.84, 0.88];
 
-/// Colours of ours, of the best rival, and of a third series beside them.
+/// Colour of a series: 0 is this project's method, 1 the best rival, 2 a third series; then they repeat.
 #[must_use]
 pub fn shade(i: usize) -> Color {
     super::palette::series([0, 1, 2][i % 3])
@@ -43,7 +44,7 @@ pub struct Scale {
 /// How a curve is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Line {
-    /// Broad, over the others.
+    /// Broad, drawn over all other curves.
     Broad,
     /// Thin.
     Thin,
@@ -71,14 +72,14 @@ pub struct Bars {
     pub heights: Vec<Option<f64>>,
 }
 
-/// Curves over one scale, on a logarithmic axis.
+/// A chart of curves over one scale, with a logarithmic vertical axis.
 #[must_use]
 pub fn curves(title: &str, x: &Scale, curves: &[Curve]) -> String {
     let values = curves.iter().flat_map(|curve| &curve.points).filter_map(|(_, y)| *y);
     drawn(title, x, curves, &Axis::log(values))
 }
 
-/// Curves of shares, 0 to 1, over one scale.
+/// A chart of shares, 0 to 1, over one scale, with a linear vertical axis.
 #[must_use]
 pub fn shares(title: &str, x: &Scale, curves: &[Curve]) -> String {
     drawn(title, x, curves, &Axis::linear([0.0, 1.0].into_iter()))
@@ -115,7 +116,7 @@ fn draw_curve(plot: &mut Plot<'_>, curve: &Curve, axis: &Axis) {
     }
 }
 
-/// Bars in groups, on a logarithmic axis.
+/// A chart of bars in groups, with a logarithmic vertical axis.
 #[must_use]
 pub fn bars(title: &str, groups: &[&str], series: &[Bars]) -> String {
     let heights = series.iter().flat_map(|bars| bars.heights.iter().flatten().copied());
@@ -148,7 +149,7 @@ fn titled(title: &str) -> Svg {
     svg
 }
 
-/// Axes with grid and labels; groups, which have no name, are not divided.
+/// Axes with grid and labels. A horizontal axis without a name has groups, and gets no grid lines.
 fn framed<'a>(svg: &'a mut Svg, name: &str, axes: [Axis; 2]) -> Plot<'a> {
     let [left, top, right] = MARGINS;
     let below = BELOW[usize::from(name.is_empty())];
@@ -168,7 +169,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn nothing_one_point_gaps_and_zeros_are_drawn() {
+    fn charts_of_no_point_one_point_gaps_and_zeros_are_drawn() {
         let x = Scale { name: "x".into(), log: true };
         let curve = |points| Curve { color: None, line: Line::Thin, points };
         for points in [

@@ -9,7 +9,7 @@ pub const FILL: f64 = 0.5;
 /// Radius of a dot, px.
 pub const DOT: f64 = 3.0;
 
-/// Size of the words, px.
+/// Font size, px.
 const TEXT: f64 = 12.0;
 
 /// How a series is drawn.

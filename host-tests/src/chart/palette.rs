@@ -9,9 +9,9 @@ use stereo_selfcal::Scalar;
 pub struct Rgb(pub u8, pub u8, pub u8);
 
 impl Rgb {
-    /// Black: the colour of the text on any page.
+    /// Black: the colour of the text. A page replaces it by the colour of its own text.
     pub const BLACK: Self = Self(0, 0, 0);
-    /// White: the background on any page.
+    /// White: the background. A page replaces it by its own background.
     pub const WHITE: Self = Self(255, 255, 255);
 
     /// `#RRGGBB`.
@@ -37,7 +37,7 @@ const fn color(light: [u8; 3], dark: [u8; 3]) -> Color {
     Color { light: Rgb(r, g, b), dark: Rgb(dark_r, dark_g, dark_b) }
 }
 
-/// Series in the order of their use.
+/// Colours of series, in the order of their use.
 pub const SERIES: [Color; 10] = [
     color([0, 114, 178], [86, 170, 230]),
     color([213, 94, 0], [255, 140, 70]),
@@ -88,7 +88,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_map_goes_through_its_colours_from_end_to_end() {
+    fn the_map_has_its_colours_at_the_ends_and_in_the_middle() {
         assert_eq!(
             [0.0, 0.5, 1.0].map(viridis),
             [Rgb(68, 1, 84), Rgb(33, 144, 141), Rgb(253, 231, 37)]

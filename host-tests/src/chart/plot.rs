@@ -8,16 +8,16 @@ use super::svg::{Anchor, Point, Style, Svg};
 const GRID: f64 = 0.13;
 const BORDER: f64 = 0.5;
 
-/// Distance of the words at ticks from the border, px.
+/// Distance of the labels of ticks from the border, px.
 const GAP: f64 = 6.0;
 
 /// Draws values into a rectangle of a picture.
 #[derive(Debug)]
 pub struct Plot<'a> {
     svg: &'a mut Svg,
-    /// Left, right, px.
+    /// Left and right border, px.
     across: Point,
-    /// Bottom, top, px.
+    /// Position of the smallest and of the largest value, px: bottom and top, or top and bottom.
     upwards: Point,
     axes: [Axis; 2],
 }
@@ -33,7 +33,7 @@ impl<'a> Plot<'a> {
         Self { svg, across: [left, right], upwards: [bottom, top], axes }
     }
 
-    /// The same with values growing downwards.
+    /// The plot with values that grow downwards.
     #[must_use]
     pub fn downwards(mut self) -> Self {
         self.upwards.reverse();
@@ -47,7 +47,7 @@ impl<'a> Plot<'a> {
         [x_axis.place(x, self.across), y_axis.place(y, self.upwards)]
     }
 
-    /// Lines at the ticks across the horizontal axis.
+    /// Vertical lines at the ticks of the horizontal axis.
     pub fn grid_x(&mut self) {
         for (tick, _) in self.axes[0].ticks() {
             let x = self.axes[0].place(*tick, self.across);
@@ -55,7 +55,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// Lines at the ticks across the vertical axis.
+    /// Horizontal lines at the ticks of the vertical axis.
     pub fn grid_y(&mut self) {
         for (tick, _) in self.axes[1].ticks() {
             let y = self.axes[1].place(*tick, self.upwards);
@@ -69,7 +69,9 @@ impl<'a> Plot<'a> {
         self.svg.rectangle(corners, Style::line(Rgb::BLACK, 1.0).opacity(BORDER));
     }
 
-    /// Words at the ticks of the horizontal axis, and its name below them, of a size in px.
+    /// Labels of the ticks of the horizontal axis, and the name of the axis below them.
+    ///
+    /// * `size`: font size, px.
     pub fn label_x(&mut self, name: &str, size: f64) {
         let bottom = self.upwards[0].max(self.upwards[1]);
         let row = bottom + GAP + size / 2.0;
@@ -85,7 +87,10 @@ impl<'a> Plot<'a> {
         self.svg.text([middle, row + 1.4 * size], size, Anchor::Middle, name);
     }
 
-    /// Words at the ticks of the vertical axis, and its name `aside` of the border, px.
+    /// Labels of the ticks of the vertical axis, and the name of the axis.
+    ///
+    /// * `size`: font size, px.
+    /// * `aside`: distance of the name from the left border, px.
     pub fn label_y(&mut self, name: &str, size: f64, aside: f64) {
         let left = self.across[0];
         for (tick, words) in self.axes[1].ticks() {
@@ -102,7 +107,7 @@ impl<'a> Plot<'a> {
         self.svg.path(points, style);
     }
 
-    /// A shape around values.
+    /// A polygon with its corners at values.
     pub fn shape(&mut self, values: impl IntoIterator<Item = Point>, style: Style) {
         let points: Vec<Point> = values.into_iter().map(|value| self.place(value)).collect();
         self.svg.polygon(points, style);
@@ -113,12 +118,12 @@ impl<'a> Plot<'a> {
         self.svg.rectangle(corners.map(|value| self.place(value)), style);
     }
 
-    /// Dots of a radius, px.
+    /// Dots at values; `radius` in px.
     pub fn dots(&mut self, values: impl IntoIterator<Item = Point>, radius: f64, style: Style) {
         values.into_iter().for_each(|value| self.svg.circle(self.place(value), radius, style));
     }
 
-    /// A cross, from its middle to its ends `half` px in both directions.
+    /// A diagonal cross at a value; its ends are `half` px from its middle in x and in y.
     pub fn cross(&mut self, value: Point, half: f64, style: Style) {
         self.svg.cross(self.place(value), half, style);
     }

@@ -63,13 +63,13 @@ impl Style {
         Self { color, opacity: 1.0, stroke: Some(width), dashes: None }
     }
 
-    /// With an opacity, 0 to 1.
+    /// The style with an opacity, 0 to 1.
     #[must_use]
     pub const fn opacity(self, opacity: f64) -> Self {
         Self { opacity, ..self }
     }
 
-    /// With dashes and gaps of these lengths, px.
+    /// The style with dashes and gaps of these lengths, px.
     #[must_use]
     pub const fn dashed(self, dash: f64, gap: f64) -> Self {
         Self { dashes: Some([dash, gap]), ..self }
@@ -99,7 +99,7 @@ impl Svg {
         Self { size, body: String::new() }
     }
 
-    /// A white background.
+    /// The picture with a white background.
     #[must_use]
     pub fn on_white(mut self) -> Self {
         self.rectangle([[0.0; 2], self.size], Style::filled(Rgb::WHITE));
@@ -157,7 +157,7 @@ impl Svg {
         ));
     }
 
-    /// A diagonal cross, from its middle to its ends `half` in x and y, px.
+    /// A diagonal cross; its ends are `half` px from its middle in x and in y.
     pub fn cross(&mut self, [x, y]: Point, half: f64, style: Style) {
         for sign in [-1.0, 1.0] {
             self.path([[x - half, y - sign * half], [x + half, y + sign * half]], style);
@@ -169,7 +169,7 @@ impl Svg {
         self.words(at, size, anchor, "", words);
     }
 
-    /// The same, read from bottom to top.
+    /// Words of a size, px, centred on a point, and read from bottom to top.
     pub fn text_upwards(&mut self, [x, y]: Point, size: f64, words: &str) {
         let turn = format!(" transform=\"rotate(-90 {} {})\"", Px(x), Px(y));
         self.words([x, y], size, Anchor::Middle, &turn, words);

@@ -1,9 +1,10 @@
 //! Recorded correspondences with known extrinsics: `meta.json` and `pairs/NNNN.csv`.
 //!
-//! `meta.json`: intrinsics and lens of both cameras (px, OpenCV's order), image size, `R` and unit `t` of
-//! `p_r = R p_l + t`. A pair file: columns `ul,vl,ur,vr,score` and, optionally, `step` (the matcher's grid), in px of the captured
-//! images, before undistortion. Instead of the pair files, `pairs.csv` may have all pairs, with a column `frame`. If
-//! the rig moves, `rigs.csv` has the rig of each pair.
+//! `meta.json` has intrinsics (px) and lens coefficients (in OpenCV's order) of both cameras, the image size, and `R`
+//! and unit `t` of `p_r = R p_l + t`. A pair file has the columns `ul,vl,ur,vr,score` and, optionally, `step` (the step
+//! of the matcher's grid). Coordinates are px of the captured images, before undistortion. Instead of the pair files,
+//! one file `pairs.csv` may have all pairs, with a column `frame`. If the rig moves, `rigs.csv` has the rig of each
+//! pair.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -24,7 +25,7 @@ use super::rigs::{self, Rig};
 pub struct Dataset {
     /// Short name: the name of the folder or of the generated scene.
     pub name: String,
-    /// The rig.
+    /// The rig; if it moves, its pose after the last pair.
     pub meta: Meta,
     /// Correspondences, pair by pair.
     pub pairs: Vec<Vec<Match>>,
@@ -46,7 +47,7 @@ impl Dataset {
     /// Reads a folder, or the shipped set of that name if there is no such folder.
     ///
     /// # Errors
-    /// As [`Dataset::load`], with the shipped names if nothing was found.
+    /// As [`Dataset::load`]. If there is neither, the error lists the names of the shipped sets.
     pub fn find(place: &Path) -> Result<Self> {
         let name = place.to_str().filter(|name| Self::SHIPPED.contains(name));
         match name {
@@ -101,7 +102,7 @@ impl Dataset {
         self.meta.cameras()
     }
 
-    /// Extrinsics with the cameras that they belong to.
+    /// A calibration: the extrinsics, and the cameras of the set with a correction.
     ///
     /// # Errors
     /// As [`Meta::cameras`].
@@ -122,7 +123,7 @@ impl Dataset {
         self.meta.extrinsics()
     }
 
-    /// The truth of each pair; empty if the rig does not move.
+    /// True extrinsics of each pair; empty if the rig does not move.
     ///
     /// # Errors
     /// Names the pair whose rig is not a stereo rig.

@@ -12,11 +12,12 @@ pub struct TrueDepth {
     /// Row of the match in the file of the pair, from 0.
     #[serde(rename = "match")]
     pub row: usize,
-    /// Depth along the axis of the left camera, m.
+    /// Depth along the optical axis of the left camera, m.
     pub depth_m: f64,
 }
 
-/// Reads the depths of each of so many pairs; `None` if the folder has no depths. A pair without a file has no depths.
+/// Reads the true depths of the first `pairs` pairs of a data set; `None` if it has no folder `truth`. A pair without a
+/// file has no depths.
 ///
 /// # Errors
 /// Names the file.

@@ -1,4 +1,5 @@
-//! The frame numbers of a file so far, as ranges: consecutive numbers take the memory of one.
+//! The frame numbers read so far from a file, stored as ranges: a run of consecutive numbers takes the memory of one
+//! range.
 
 use std::collections::BTreeMap;
 
@@ -46,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_that_count_up_take_the_memory_of_one() {
+    fn consecutive_frames_take_the_memory_of_one_range() {
         let mut numbers = FrameNumbers::default();
         assert!((0..10_000).all(|number| numbers.insert(number)));
         assert_eq!(numbers.ranges.len(), 1);

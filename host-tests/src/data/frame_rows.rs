@@ -1,9 +1,9 @@
 //! Matches of many pairs in one CSV file: one row for each match, with a column `frame` that names its pair.
 //!
-//! The first line names the columns, in any order: `frame,ul,vl,ur,vr`, and optionally `score` (1 without it) and
-//! `step` (0). Numbers as in a pair file. `frame` is a whole number; the rows of a frame follow each other. Empty lines
-//! are skipped. This module reads lines instead of the `csv` crate, which accepts lines of any length: a pipe may never
-//! end a line.
+//! The first line names the columns, in any order: `frame,ul,vl,ur,vr`, and optionally `score` (default 1) and `step`
+//! (default 0). The numbers have the same meaning as in a pair file. `frame` is a whole number; the rows of a frame
+//! follow each other. Empty lines are skipped. This module splits lines itself, because the `csv` crate accepts lines
+//! of any length, and a pipe may never end its line.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, Read};
@@ -18,18 +18,19 @@ const COLUMNS: [&str; 7] = ["frame", "ul", "vl", "ur", "vr", "score", "step"];
 /// Number of required columns.
 const NEEDED: usize = 5;
 
-/// The pairs of such a file, one at a time in memory. Ends after an error.
+/// Iterator over the pairs of a file of matches by frame. It holds one pair in memory, and ends after an error.
 #[derive(Debug)]
 pub struct FrameRows<R> {
     input: R,
-    /// Lines read.
+    /// Number of lines read.
     line: u64,
-    /// Position of each of [`COLUMNS`].
+    /// Position of each of [`COLUMNS`] in a row; `None` for a missing column.
     places: [Option<usize>; COLUMNS.len()],
     /// Number of fields in the header.
     fields: usize,
-    /// First row of the next pair.
+    /// First row of the next pair, which was read to find the end of the previous one.
     ahead: Option<(u64, Match)>,
+    /// Frames of the pairs handed out.
     seen: FrameNumbers,
     ended: bool,
 }
@@ -38,7 +39,7 @@ impl<R: BufRead> FrameRows<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// [`FrameRowsError::Empty`], `Header`, or an error of reading.
+    /// [`FrameRowsError::Empty`], [`FrameRowsError::Header`], [`FrameRowsError::Line`] or [`FrameRowsError::Io`].
     pub fn open(input: R) -> Result<Self, FrameRowsError> {
         let mut rows = Self {
             input,
@@ -174,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_parted_by_their_frames_whatever_the_order_of_the_columns() {
+    fn rows_are_split_into_pairs_by_frame_for_any_order_of_the_columns() {
         let row = |ul: f64| Match { ul, vl: 2.0, ur: 3.0, vr: 4.0, score: 1.0, step: 0.0 };
         let pairs = vec![vec![row(1.0), row(1.5)], vec![row(-5.0)]];
         for text in [

@@ -4,13 +4,13 @@ use std::error::Error;
 use std::fmt;
 use std::io;
 
-/// Longest line, bytes.
+/// Longest line with its line feed, bytes.
 pub const LONGEST_LINE: usize = 4096;
 
 /// Most rows of a frame.
 pub const MOST_ROWS: usize = 1 << 20;
 
-/// Why a file is not a file of matches by frame. Lines are counted from 1.
+/// Why a CSV file of matches by frame is refused. Lines are counted from 1.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum FrameRowsError {
@@ -49,7 +49,7 @@ pub enum FrameRowsError {
         /// Its text.
         field: String,
     },
-    /// A frame continues after another one.
+    /// The rows of a frame continue after those of another frame.
     Returned {
         /// The line.
         line: u64,

@@ -3,19 +3,19 @@
 use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::{Extrinsics, Scalar};
 
-/// Row-major 3 x 3.
+/// A 3 x 3 matrix as its rows.
 pub type Rows = [[f64; 3]; 3];
 
 /// One correspondence as rays at unit depth, `[p_l, p_r]`.
 pub type Rays = [Vector3<f64>; 2];
 
-/// Row-major rows as a matrix.
+/// The matrix of these rows.
 #[must_use]
 pub fn matrix(rows: &Rows) -> Matrix3<f64> {
     Matrix3::from_row_iterator(rows.iter().flatten().copied())
 }
 
-/// A matrix as row-major rows.
+/// The rows of a matrix.
 #[must_use]
 pub fn rows(m: &Matrix3<f64>) -> Rows {
     std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))

@@ -21,9 +21,10 @@ pub struct Meta {
     /// Right camera matrix, px.
     #[serde(rename = "K_r")]
     pub k_r: Rows,
-    /// Left lens: `k1 k2 p1 p2 k3`, `k1 k2 k3 k4` of a fisheye, or `k1 k2 p1 p2 k3 k4 k5 k6` of a rational lens.
+    /// Coefficients of the left lens: `k1 k2 p1 p2 [k3]`, `k1 k2 k3 k4` of a fisheye, or `k1 k2 p1 p2 k3 k4 k5 k6` of a
+    /// rational lens.
     pub dist_l: Vec<f64>,
-    /// Right lens.
+    /// Coefficients of the right lens.
     pub dist_r: Vec<f64>,
     /// Lens model of the coefficients.
     #[serde(default, skip_serializing_if = "LensModel::is_default")]
@@ -38,8 +39,8 @@ pub struct Meta {
     /// Width and height of the right image, px, if they differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub size_r: Option<[u16; 2]>,
-    /// Rotation, left to right; if the rig moves, that of the last pair. Without a known reference `R` and `t` are
-    /// zero, and absent from the file.
+    /// Rotation, left to right camera frame; if the rig moves, that of the last pair. Without a known reference `R` and
+    /// `t` are zero, and may be absent from the file.
     #[serde(rename = "R", default)]
     pub r: Rows,
     /// Unit baseline direction, right camera frame; if the rig moves, that of the last pair.
@@ -65,15 +66,16 @@ pub struct Meta {
 }
 
 impl Meta {
-    /// Key in `other`: standard deviation of the yaw of the start, degrees; null for a guess.
+    /// Key in [`Meta::other`]: standard deviation of the yaw of the extrinsics that a run starts from, degrees; null if
+    /// they are a guess.
     pub const FACTORY_YAW_SD: &str = "factory_yaw_sd_deg";
 
-    /// Key in `other`: apparent yaw `a` of the lenses, rad. The right row is below the left one by `a x y`, where `(x,
-    /// y)` is the rectified left ray at unit depth. Extrinsics cannot remove it. A rectifier with a look-up table can:
-    /// for the rectified ray `(x, y)` it samples the left image at `(x, y - a x y)`.
+    /// Key in [`Meta::other`]: apparent yaw `a` of the lenses, rad. The right row is below the left one by `a x y`,
+    /// where `(x, y)` is the rectified left ray at unit depth. Extrinsics cannot remove these row offsets. A rectifier
+    /// with a look-up table can: for the rectified ray `(x, y)` it samples the left image at `(x, y - a x y)`.
     pub const LENS_YAW: &str = "lens_yaw";
 
-    /// Value of [`Self::LENS_YAW`]; `None` if the key is absent.
+    /// Value of [`Self::LENS_YAW`], rad; `None` if the key is absent or the value is 0.
     #[must_use]
     pub fn lens_yaw(&self) -> Option<f64> {
         self.other.get(Self::LENS_YAW)?.as_f64().filter(|a| *a != 0.0)
@@ -91,7 +93,7 @@ impl Meta {
         read().with_context(|| format!("cannot understand {}", path.display()))
     }
 
-    /// Whether `R` and `t` are both known or both unknown, and `t` follows our convention.
+    /// Checks that `R` and `t` are both known or both unknown, and that `t` follows the project's sign convention.
     fn check_reference(&self) -> Result<()> {
         let [r, t] = [self.r.as_flattened(), &self.t].map(|of| of.iter().any(|&x| x != 0.0));
         ensure!(t || !r, "R without t: a reference has both");
@@ -99,8 +101,8 @@ impl Meta {
         Ok(WrongSign::check(&self.r, self.t)?)
     }
 
-    /// Key in `other`: whether a calibration measured `R` and `t`, so that a run starts from them. Otherwise they are
-    /// the reference of a run.
+    /// Key in [`Meta::other`]: whether a calibration measured `R` and `t`, so that by default a run starts from them.
+    /// Otherwise they are only the reference that a run is compared with.
     pub const CALIBRATED: &str = "calibrated";
 
     /// Whether a calibration measured `R` and `t`.
@@ -142,7 +144,7 @@ impl Meta {
         Ok(Cameras { left, right })
     }
 
-    /// The rig with the right lens model corrected as in [`Cameras::corrected`].
+    /// The rig with the right focal lengths and radial coefficients corrected as in [`Cameras::corrected`].
     #[must_use]
     pub fn corrected(&self, correction: &LensCorrection<f64>) -> Self {
         let mut meta = self.clone();
@@ -152,7 +154,7 @@ impl Meta {
         let [[fx, ..], [_, fy, _], _] = &mut meta.k_r;
         (*fx, *fy) = (*fx * (1.0 + correction.focal), *fy * (1.0 + correction.focal));
         let [_, lens] = self.lenses();
-        // A pinhole may have any number of zeros.
+        // A pinhole may have any number of coefficients, all 0.
         if lens == LensModel::RadialTangential && meta.dist_r.iter().all(|&k| k == 0.0) {
             meta.dist_r = vec![0.0; 5];
         }
@@ -186,7 +188,7 @@ impl Meta {
     }
 }
 
-/// An error of JSON without the names of types.
+/// A JSON error with the number types in words.
 fn in_words(why: &serde_json::Error) -> Error {
     let numbers = why.to_string().replace("expected f64", "a number is expected");
     anyhow!(numbers.replace("expected u16", "a whole number from 0 to 65535 is expected"))
@@ -196,7 +198,7 @@ fn in_words(why: &serde_json::Error) -> Error {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum LensModel {
-    /// `k1 k2 p1 p2 k3`; all zero is a pinhole.
+    /// `k1 k2 p1 p2 [k3]`; if all are 0, the lens is a pinhole.
     #[default]
     RadialTangential,
     /// `k1 k2 k3 k4`.
@@ -215,7 +217,7 @@ impl LensModel {
 /// Checks for a camera matrix `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
 ///
 /// # Errors
-/// Describes the matrix, and the remedy.
+/// Says what is wrong with the matrix, and the remedy.
 pub fn check_camera_matrix(k: &Rows) -> Result<()> {
     let [[fx, skew, _], [zero, fy, centre_v], bottom] = *k;
     ensure!(
@@ -228,8 +230,8 @@ pub fn check_camera_matrix(k: &Rows) -> Result<()> {
     );
     ensure!(
         !(skew == 0.0 && centre_v == 0.0 && bottom[0] > 0.0 && bottom[1] > 0.0),
-        "K is transposed, as MATLAB has it: give the transposes of K and R, and subtract 1 from cx and cy, because MATLAB \
-         counts pixels from 1"
+        "K is transposed, as MATLAB has it: give the transposes of K and R, and subtract 1 from cx and cy, because \
+         MATLAB counts pixels from 1"
     );
     ensure!(skew == 0.0, "K has the skew {skew}, which is not supported: calibrate without it");
     ensure!(
@@ -239,7 +241,7 @@ pub fn check_camera_matrix(k: &Rows) -> Result<()> {
     Ok(())
 }
 
-/// An error that shows the numbers of the camera.
+/// An error that names the camera and shows its numbers.
 fn refused(side: &str, k: &Rows, dist: &[f64], [width, height]: [u16; 2], why: &Error) -> Error {
     let [[fx, _, cx], [_, fy, cy], _] = *k;
     anyhow!(

@@ -1,7 +1,8 @@
 //! A file of single pairs with the truth of each, in plain numbers that any language can write.
 //!
-//! Little endian: `u32` pairs, `u32` correspondences a pair `n`; then for each pair `n` times `x_l y_l x_r y_r`, `R`
-//! row by row, `t`, all `f64`. Rays are at unit depth, after undistortion; `p_r = R p_l + t`.
+//! Little endian. The header is the number of pairs, `u32`, and the number `n` of correspondences of each pair, `u32`.
+//! Each pair follows as `f64`: `n` times `x_l y_l x_r y_r`, then `R` row by row, then `t`. Rays are at unit depth,
+//! after undistortion; `p_r = R p_l + t`.
 
 use std::path::Path;
 
@@ -14,8 +15,10 @@ use super::geometry::rows;
 use super::matches::Match;
 use super::sign::WrongSign;
 
-/// Numbers of `R` and `t`.
+/// Count of numbers in `R` and `t`.
 const TRUTH: usize = 12;
+
+/// Length of the header, bytes.
 const HEADER: usize = 8;
 
 /// One pair.
@@ -35,7 +38,7 @@ pub struct PairFile {
 }
 
 impl PairFile {
-    /// Correspondences of each pair.
+    /// Number of correspondences of each pair.
     #[must_use]
     pub fn matches(&self) -> usize {
         self.pairs.first().map_or(0, |pair| pair.rays.len())
@@ -83,8 +86,8 @@ impl PairFile {
     /// Decodes the bytes of a file.
     ///
     /// # Errors
-    /// If the length differs from the header's, the file is empty, a number is not finite, or a
-    /// truth is not a rig.
+    /// If the length differs from the length that the header gives, there are no pairs or no correspondences, a number
+    /// is not finite, or the truth of a pair is not a stereo rig.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let (header, body) =
             bytes.split_at_checked(HEADER).context("it is shorter than its header of 8 bytes")?;
@@ -116,7 +119,7 @@ impl PairFile {
     /// The bytes of the file.
     ///
     /// # Errors
-    /// If pairs differ in length, or there are more than a `u32` counts.
+    /// If pairs differ in length, or a number of pairs or correspondences does not fit a `u32`.
     pub fn encode(&self) -> Result<Vec<u8>> {
         let matches = self.matches();
         let mut bytes = Vec::new();
@@ -172,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_by_hand_is_read_as_the_format_says() {
+    fn a_file_written_by_hand_is_read_as_the_format_says() {
         let numbers = [0.1, 0.2, 0.3, 0.4, 0., -1., 0., 1., 0., 0., 0., 0., 1., -1., 0., 0.];
         let mut bytes = vec![1, 0, 0, 0, 1, 0, 0, 0];
         bytes.extend(numbers.iter().flat_map(|x: &f64| x.to_le_bytes()));

@@ -11,8 +11,8 @@ use super::meta::{LensModel, Meta};
 pub struct QuarterTurns(pub [u8; 2]);
 
 impl QuarterTurns {
-    /// The turns that put the right camera to the right of the left one, both upright; zero for a plain side-by-side
-    /// rig.
+    /// The turns after which the right camera stands to the right of the left one, and both images have about the same
+    /// roll; zero for a side-by-side rig.
     #[must_use]
     pub fn upright(meta: &Meta) -> Self {
         let centre = -(matrix(&meta.r).transpose() * Vector3::from(meta.t));
@@ -33,7 +33,10 @@ impl QuarterTurns {
         self.0 == [0; 2]
     }
 
-    /// The rotation of a camera's frame with its image: x right goes to y down in a quarter turn.
+    /// Rotation of rays from the camera frame before the turn to the frame after it. A quarter turn takes x (right) to
+    /// y (down).
+    ///
+    /// * `side`: 0 for the left camera, 1 for the right one.
     #[must_use]
     pub fn rotation(self, side: usize) -> Matrix3<f64> {
         let (sin, cos) =
@@ -53,7 +56,7 @@ impl QuarterTurns {
         }
     }
 
-    /// Maps a match of the images to the turned images.
+    /// Maps a match of the original images to the turned images.
     #[must_use]
     pub fn of_match(self, meta: &Meta, m: &Match) -> Match {
         let back = Self(self.0.map(|quarters| (4 - quarters % 4) % 4));
@@ -99,7 +102,7 @@ impl QuarterTurns {
         [[fx, 0.0, cx], [0.0, fy, cy], bottom]
     }
 
-    /// The tangential part of a lens is a vector, `(p2, p1)` along x and y.
+    /// Turns the tangential coefficients of a lens: they are a vector, `(p2, p1)` along x and y.
     fn turn_lens(self, side: usize, lens: LensModel, dist: &mut [f64]) {
         if lens == LensModel::Fisheye {
             return;
@@ -111,6 +114,7 @@ impl QuarterTurns {
     }
 }
 
+/// The nearest number of quarter turns, 0 to 3, to an angle in rad.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
 fn quarters(angle: f64) -> u8 {
     (angle / std::f64::consts::FRAC_PI_2).round().rem_euclid(4.0) as u8
@@ -121,7 +125,7 @@ mod tests {
     use super::*;
     use crate::data::Dataset;
 
-    /// The chessboard's rig, its left camera turned by an angle and its right one by another.
+    /// The chessboard's rig, with the left and the right camera rolled by these angles.
     fn rig(degrees: [f64; 2]) -> Meta {
         let mut meta = Dataset::find_meta("opencv_chess_sift".as_ref()).unwrap();
         let [l, r] = degrees.map(|degrees| {
@@ -152,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_match_goes_with_the_images_and_back() {
+    fn a_match_mapped_to_the_turned_images_maps_back() {
         let meta = rig([0.0; 2]);
         for turns in [[0, 0], [1, 3], [2, 2], [3, 1]].map(QuarterTurns) {
             let m = Match { ul: 20.0, vl: 30.0, ur: 300.0, vr: 100.0, score: 1.0, step: 0.0 };

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use stereo_selfcal::Scalar;
 use stereo_selfcal::depth::{Range, RangeReading};
 
-/// Readings by the number of their pair, from 0.
+/// Readings of each pair, by the number of the pair from 0.
 pub type Ranges = BTreeMap<usize, Vec<RangeReading<f64>>>;
 
 #[derive(Serialize, Deserialize)]
@@ -20,7 +20,7 @@ struct Row {
     range_m: f64,
     sd_m: f64,
     along: Along,
-    /// The same point in the right image.
+    /// Column of the same point in the right image, px.
     #[serde(default)]
     ur: Option<f64>,
     #[serde(default)]
@@ -34,8 +34,8 @@ enum Along {
     Ray,
 }
 
-/// Reads a file of the columns `pair,u,v,range_m,sd_m,along` (`axis` or `ray`), and optionally `ur,vr`: the same point in
-/// the right image.
+/// Reads a CSV file with the columns `pair,u,v,range_m,sd_m,along` and optionally `ur,vr`. `along` is `axis` or `ray`;
+/// `u,v` are px of the left image, and `ur,vr` the same point in the right image.
 ///
 /// # Errors
 /// Names the file.
@@ -66,7 +66,7 @@ pub fn read(path: &Path) -> Result<Ranges> {
     read().with_context(|| format!("cannot read {}", path.display()))
 }
 
-/// Writes such a file.
+/// Writes a file that [`read`] reads back.
 ///
 /// # Errors
 /// Names the file.
@@ -89,7 +89,7 @@ fn write_rows(path: &Path, ranges: &Ranges) -> Result<()> {
     Ok(writer.flush()?)
 }
 
-/// A reading in the numbers of a calibrator.
+/// A reading in the number type of a calibrator.
 #[must_use]
 pub fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {
     let RangeReading { pixel, right, range, sd_m } = *reading;

@@ -19,7 +19,7 @@ const COLUMNS: [&str; 12] =
 /// The rig of one pair in the form of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rig {
-    /// Rotation, left to right.
+    /// Rotation, left to right camera frame.
     pub r: Rows,
     /// Unit baseline direction, right camera frame.
     pub t: [f64; 3],
@@ -29,7 +29,7 @@ impl Rig {
     /// Conversion to the core's type.
     ///
     /// # Errors
-    /// If it is not a stereo rig.
+    /// If `R` and `t` do not describe a stereo rig.
     pub fn extrinsics(&self) -> Result<Extrinsics<f64>> {
         Ok(Extrinsics::try_new(&matrix(&self.r), &Vector3::from(self.t))?)
     }
@@ -44,7 +44,9 @@ impl From<&Extrinsics<f64>> for Rig {
     }
 }
 
-/// The rigs of a folder; empty without such a file.
+/// The rigs of a folder's `rigs.csv`; empty without this file.
+///
+/// * `pairs`: the number of rigs that the file must have.
 pub(super) fn read(dir: &Path, pairs: usize) -> Result<Vec<Rig>> {
     let path = dir.join(FILE);
     if !path.exists() {
@@ -106,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn a_rig_too_few_and_a_column_astray_are_named() {
+    fn a_missing_rig_and_a_wrong_column_are_named() {
         let dir = tempfile::tempdir().unwrap();
         let error = || format!("{:#}", read(dir.path(), 13).unwrap_err());
         write(dir.path(), &moving().rigs[1..]).unwrap();

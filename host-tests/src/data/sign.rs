@@ -17,11 +17,12 @@ pub struct WrongSign {
 }
 
 impl WrongSign {
-    /// Accepts an `R` and a `t` of any length, `p_r = R p_l + t`, if the right camera stands to the right, or further
-    /// above or below than to the left. The test uses its centre `-R^T t`, because a camera may be mounted upside down.
+    /// Checks `R` and `t` of `p_r = R p_l + t`, with `t` of any length. The right camera may stand to the right of the
+    /// left one, or to the left if it stands further above or below. The check uses the camera's centre `-R^T t`
+    /// instead of `t`, because a camera may be mounted upside down.
     ///
     /// # Errors
-    /// The `t` that was given.
+    /// If the right camera stands to the left, and not further above or below.
     pub fn check(r: &Rows, t: [f64; 3]) -> Result<(), Self> {
         let centre = -(matrix(r).transpose() * Vector3::from(t));
         let [x, y] = [centre.x, centre.y];
@@ -52,11 +53,11 @@ mod tests {
     const UPSIDE_DOWN: Rows = [[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]];
 
     #[test]
-    fn only_a_right_camera_to_the_left_is_of_the_other_convention() {
+    fn only_a_right_camera_that_stands_to_the_left_is_refused() {
         for t in [[1.0, 0.0, 0.0], [0.12, 0.01, -0.3], [1e-7, 1e-7, 0.0]] {
             assert!(WrongSign::check(&PLAIN, t).is_err(), "{t:?}");
         }
-        // A plain rig, cameras behind or above each other, and extrinsics that other checks refuse.
+        // A side-by-side rig, cameras behind or above each other, and values of `t` that other checks refuse.
         for t in [[-1.0, 0.0, 0.0], [-0.1, 0.0, 9.0], [0.1, -1.0, 0.0], [0.0; 3], [f64::NAN; 3]] {
             assert_eq!(WrongSign::check(&PLAIN, t), Ok(()));
         }

@@ -25,7 +25,7 @@ struct Row {
     vr2: f64,
 }
 
-/// Reads the tracks that start with each of so many pairs. A pair without a file has no tracks.
+/// Reads the tracks that start in each of the first `pairs` pairs. A pair without a file has no tracks.
 ///
 /// # Errors
 /// Names the file.
@@ -33,7 +33,7 @@ pub fn read(dir: &Path, pairs: usize) -> Result<Vec<Vec<Track>>> {
     (0..pairs).map(|i| of_pair(&dir.join("quads").join(format!("{i:04}.csv")))).collect()
 }
 
-/// Writes the tracks of each pair; a pair without any has no file.
+/// Writes the tracks that start in each pair. A pair without tracks gets no file.
 ///
 /// # Errors
 /// Names the file.
@@ -74,7 +74,7 @@ fn of_row(row: &Row) -> Track {
     [seen(ul1, vl1, ur1, vr1), seen(ul2, vl2, ur2, vr2)]
 }
 
-/// Tracks that have rays in both pairs.
+/// Rays of the tracks, without the tracks that have a pixel without a ray.
 #[must_use]
 pub fn rays_of<T: Scalar>(cameras: &Cameras<T>, tracks: &[Track]) -> Vec<[RayPair<T>; 2]> {
     let rays = |[one, two]: &Track| {

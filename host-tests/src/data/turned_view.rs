@@ -3,7 +3,8 @@
 //! Left: `p_l' = Rot p_l`, so `R' = R Rot^T` and `t` stays. Right: `p_r' = Rot p_r`, so `R' = Rot R` and `t' = Rot t`:
 //! a turn across the baseline moves `t`; a turn about the baseline does not. The paper does not say which image of the
 //! public sets it turns; its authors' script reads a turned right image. Points that leave the image are dropped. A
-//! rectified data set (R = I) becomes evidence only when it is turned.
+//! rectified data set (`R = I`) is evidence only when it is turned, because a run that starts from `R = I` would start
+//! at the truth.
 
 use anyhow::Result;
 use nalgebra::{Matrix3, Vector2, Vector3};
@@ -12,16 +13,16 @@ use stereo_selfcal::{Camera, Cameras};
 
 use crate::data::{Dataset, Match, Meta, Rows, matrix, rows};
 
-/// Direction of the turned left view.
+/// Direction in which a camera is turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum TurnedView {
-    /// About -x: the camera looks up, the scene moves down in the image.
+    /// `Rot` is about -x: the camera looks up, and the scene moves down in the image.
     Top,
-    /// About x: the camera looks down.
+    /// `Rot` is about x: the camera looks down.
     Bottom,
-    /// About y: the camera looks left.
+    /// `Rot` is about y: the camera looks left.
     Left,
-    /// About -y: the camera looks right.
+    /// `Rot` is about -y: the camera looks right.
     Right,
 }
 
@@ -33,12 +34,12 @@ pub enum TurnedCamera {
     Left,
     /// The right one: `t` moves, unless it is turned about the baseline.
     Right,
-    /// The left one by the view, the right one by the next of top, right, bottom, left.
+    /// The left one in the given direction, the right one in the next direction of the cycle top, right, bottom, left.
     Both,
 }
 
 impl TurnedView {
-    /// The next of top, right, bottom, left.
+    /// The next direction of the cycle top, right, bottom, left.
     fn next(self) -> Self {
         match self {
             Self::Top => Self::Right,
@@ -64,7 +65,7 @@ impl TurnedView {
         self.turn_camera(set, degrees, TurnedCamera::Left)
     }
 
-    /// `Rot`, old to new left camera frame.
+    /// `Rot`, from the old to the new frame of the turned camera.
     #[must_use]
     pub fn rotation(self, degrees: f64) -> Matrix3<f64> {
         let axis = match self {
@@ -78,12 +79,12 @@ impl TurnedView {
     }
 }
 
-/// Turn of one view or both: the rig at once, the pairs on arrival.
+/// Turn of one view or both, for a rig, for single pairs, and for a whole data set.
 #[derive(Debug, Clone)]
 pub struct Turn {
     cameras: Cameras<f64>,
     degrees: f64,
-    /// Directions of the left and the right view; `None` for an unturned one.
+    /// Directions of the left and the right camera; `None` for a camera that is not turned.
     views: [Option<TurnedView>; 2],
 }
 
@@ -101,7 +102,7 @@ impl Turn {
         Ok(Self { cameras: rig.cameras()?, degrees, views })
     }
 
-    /// A data set, turned.
+    /// The turned data set.
     #[must_use]
     pub fn set(&self, set: &Dataset) -> Dataset {
         let mut rigs = set.rigs.clone();
@@ -126,7 +127,7 @@ impl Turn {
         format!("{name}{}{}", said("", left), said(" right", right)).to_lowercase()
     }
 
-    /// The turned rig; it is not a calibrated start.
+    /// The turned rig. Its yaw counts as a guess ([`Meta::FACTORY_YAW_SD`]).
     #[must_use]
     pub fn meta(&self, rig: &Meta) -> Meta {
         let mut turned = rig.clone();
@@ -150,7 +151,7 @@ impl Turn {
         self.views.map(|view| view.map(|view| view.rotation(self.degrees)))
     }
 
-    /// The matches of a pair that stay in both images.
+    /// The turned matches of a pair, without those that leave an image.
     #[must_use]
     pub fn pair(&self, pair: &[Match]) -> Vec<Match> {
         let [left, right] = self.rotations();
@@ -167,6 +168,7 @@ impl Turn {
     }
 }
 
+/// Pixel of the same point after the turn `r` of the camera; `None` if it leaves the image.
 fn turned_pixel(camera: &Camera<f64>, r: &Matrix3<f64>, pixel: [f64; 2]) -> Option<[f64; 2]> {
     let ray = camera.ray(pixel).ok()?;
     let p = r * Vector3::new(ray.x, ray.y, 1.0);
@@ -214,7 +216,7 @@ mod tests {
     }
 
     #[test]
-    fn the_baseline_moves_where_the_right_camera_turns_across_it_alone() {
+    fn the_baseline_moves_only_if_the_right_camera_turns_across_it() {
         let set = Dataset::load(&Dataset::shipped().join("motorcycle_sift")).unwrap();
         let moved = |view: TurnedView, camera| {
             let turned = view.turn_camera(&set, 5.0, camera).unwrap();
@@ -232,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rig_of_each_pair_is_turned_as_that_of_the_set() {
+    fn the_rig_of_each_pair_is_turned_like_the_rig_of_the_set() {
         let mut set = Dataset::load(&Dataset::shipped().join("opencv_chess_corners")).unwrap();
         set.rigs = vec![Rig::from(&set.truth().unwrap()); set.pairs.len()];
         let turned = TurnedView::Left.turn(&set, 5.0).unwrap();

@@ -1,6 +1,6 @@
-//! Pairs alone: a fresh calibrator solves each, as `sigma_t` and `sigma_theta` require.
+//! Pairs alone: a fresh calibrator solves each pair, as the definition of `sigma_t` and `sigma_theta` requires.
 //!
-//! In a run the robust preset tracks a pair from the running estimate, so its solution there depends on earlier pairs.
+//! In a run, the robust preset solves a pair from the running estimate, so the solution depends on earlier pairs.
 
 use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
 
@@ -13,16 +13,16 @@ pub struct PairSolver<T: Scalar, const N: usize> {
 }
 
 impl<T: Scalar, const N: usize> PairSolver<T, N> {
-    /// * `factory`: start of every pair.
+    /// * `factory`: factory calibration, whose extrinsics every pair starts from.
     #[must_use]
     pub fn new(config: Config, factory: &FactoryCalibration<T>) -> Self {
         Self { calibrator: Box::new(Calibrator::new(config, factory)) }
     }
 
-    /// The estimate from one pair; `None` if it is not solved, or not fused.
+    /// The estimate from one pair; `None` if the pair is not solved, or not fused.
     pub fn solve(&mut self, pair: &[Match]) -> Option<Extrinsics<f64>> {
         self.calibrator.reset();
-        // A refused match does not count, as in the run.
+        // As in a run, a refused match is left out.
         let outcome = self.calibrator.take_pair(pair.iter().map(Match::correspondence));
         let found = self.calibrator.proposal().filter(|_| outcome.fused.is_ok());
         found.map(|proposal| in_f64(&proposal.extrinsics))
@@ -36,7 +36,7 @@ mod tests {
     use crate::synth::Scene;
 
     #[test]
-    fn a_pair_alone_has_the_same_estimate_whatever_came_before() {
+    fn the_estimate_from_a_pair_alone_does_not_depend_on_earlier_pairs() {
         let set = Scene { outliers: 0.3, ..Scene::default() }.dataset(4, 1).unwrap();
         let start = Extrinsics::SIDE_BY_SIDE;
         let new = || {
@@ -52,7 +52,7 @@ mod tests {
         }
         assert_eq!(one.solve(&set.pairs[0][..3]), None);
         assert_eq!(one.solve(&set.pairs[0]), new().solve(&set.pairs[0]));
-        // The run tracks its later pairs.
+        // In the run, the fourth pair starts from the running estimate.
         let run = replay::<f32>(&set, Config::robust(), start, |_| ()).unwrap();
         let solved = run.steps()[3].solved.unwrap().extrinsics;
         assert_ne!(Some(solved), new().solve(&set.pairs[3]));

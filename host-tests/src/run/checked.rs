@@ -1,4 +1,4 @@
-//! Knowledge of a vehicle after a pair: the calibration in use, and whether the vehicle may arm.
+//! The calibrator as a vehicle sees it after a pair: the calibration in use, and whether the vehicle may arm.
 
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::geometry::metrics::Deviation;
@@ -13,41 +13,41 @@ use crate::data::in_f64;
 pub struct Checked {
     /// State of the calibrator.
     pub state: State,
-    /// Extrinsics in use, after the estimate was applied, if possible.
+    /// Extrinsics in use, after an attempt to apply the estimate if the run applies it.
     pub in_use: Extrinsics<f64>,
     /// Correction of the cameras that the extrinsics in use belong to.
     pub correction: LensCorrection<f64>,
-    /// Error of the extrinsics in use; `None` without a reference.
+    /// Error of the extrinsics in use, rad; `None` without a reference.
     pub error: Option<Deviation<f64>>,
     /// The likeliest mistake in the rig file or the matcher, after the pair.
     pub cause: Option<Cause>,
-    /// The health over the pair, before the estimate was applied; `None` without health.
+    /// The health over the pair, before the estimate was applied; `None` if the calibrator has no health to report.
     pub health: Option<Checks>,
 }
 
-/// A health in `f64`, without the parts that the estimate has.
+/// [`Health`] in `f64`, without the parts that are also in [`Estimate`](super::Estimate).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checks {
     /// Answer to an arming check.
     pub may_arm: bool,
-    /// Reasons not to rely on it.
+    /// Reasons not to rely on the estimate.
     pub reasons: Reasons,
     /// Verdict on the calibration in use.
     pub band: Band,
-    /// Standard deviation of the yaw in use, rad: the error of depth is `Z^2 / b` times this.
+    /// Expected error of the yaw in use, rad ([`Health::yaw`]): the error of depth is `Z^2 / b` times this.
     pub yaw_sd: f64,
     /// Matches that fit the estimate.
     pub fit: u32,
-    /// RMS row offset of the calibration in use, px.
+    /// RMS row offset with the calibration in use, px.
     pub in_use_px: f64,
-    /// RMS row offset of the estimate, px.
+    /// RMS row offset with the estimate, px.
     pub proposed_px: f64,
 }
 
 impl Checked {
     /// The report of a calibrator.
     ///
-    /// * `given`: its cameras as given.
+    /// * `given`: the calibrator's cameras before any correction.
     /// * `truth`: truth of the pair, if known.
     #[must_use]
     pub fn of<T: Scalar, const N: usize>(
@@ -93,7 +93,7 @@ impl Checked {
     }
 }
 
-/// Difference of the cameras in use from the given ones: exactly zero if they are as given.
+/// Difference of the right camera in use from the given one; exactly zero if the cameras in use are the given ones.
 fn correction<T: Scalar, const N: usize>(
     given: &Cameras<T>,
     calibrator: &Calibrator<T, N>,

@@ -1,4 +1,4 @@
-//! Error of depth: measured if true depths are known, and expected by the calibrator.
+//! Error of depth: measured where true depths are known, and expected from the calibrator's estimate.
 
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
@@ -11,30 +11,33 @@ use super::summary::SCREEN_PX;
 use crate::data::depths::TrueDepth;
 use crate::data::{Dataset, Match};
 
-/// Largest errors of a match under the reference, px of disparity and of rows; a match beyond them is wrong.
+/// Largest errors of a correct match under the reference, px of disparity and of rows. A match with a larger error does
+/// not count.
 const WRONG_PX: [f64; 2] = [6.0, 3.0];
 
-/// Disparity below 0 beyond which a match counts as behind infinity, px, because a far match has noise.
+/// A match counts as behind infinity if its disparity is below minus this, px. Noise alone may make the disparity of a
+/// far match slightly negative.
 const BEHIND_PX: f64 = 1.0;
 
 /// Depths at which errors are given, m.
 pub const DEPTHS_M: [f64; 2] = [10.0, 30.0];
 
-/// Expected error of depth by the calibrator's last estimate: the distance of a yaw from it, and its own deviation with
-/// the lens uncertain. `None` unless locked.
+/// Error of depth that the calibrator's last estimate predicts for other extrinsics: root of the sum of the squared
+/// distance of their yaw from the estimate and the variance of the estimated yaw, with the lens uncertain.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct ExpectedDepth {
     /// With the extrinsics of the start, px of disparity.
     pub before_px: f64,
-    /// With those in use after the last pair, px of disparity.
+    /// With the extrinsics in use after the last pair, px of disparity.
     pub in_use_px: f64,
     /// `before_px` at [`DEPTHS_M`], m; `None` if the length of the baseline is unknown.
     pub before_m: Option<[f64; 2]>,
-    /// `in_use_px` at [`DEPTHS_M`], m.
+    /// `in_use_px` at [`DEPTHS_M`], m; `None` if the length of the baseline is unknown.
     pub in_use_m: Option<[f64; 2]>,
 }
 
 impl ExpectedDepth {
+    /// `None` unless the calibrator is locked.
     pub(super) fn of(set: &Dataset, log: &RunLog) -> Result<Option<Self>> {
         let Some(fused) = log.fused().filter(|fused| fused.state == State::Locked) else {
             return Ok(None);
@@ -62,12 +65,12 @@ pub fn metres(set: &Dataset, px: f64) -> Result<[f64; 2]> {
     Ok(DEPTHS_M.map(|z| z * z * px / (focal * baseline_m)))
 }
 
-/// Median of `|1/Z - 1/Z_true| f b` over all matches of known depth, px of disparity.
+/// Median of `|1/Z - 1/Z_true| f b` over the correct matches of known depth, px of disparity.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DepthErrors {
     /// With the extrinsics of the start.
     pub before_px: f64,
-    /// With those in use after the last pair.
+    /// With the extrinsics in use after the last pair.
     pub in_use_px: f64,
     /// With the reference of the data set, if there is one.
     pub reference_px: Option<f64>,
@@ -119,8 +122,8 @@ impl DepthErrors {
     }
 }
 
-/// Share of the matches in row that are behind infinity, with the calibration in use after the last pair. `None`
-/// without matches in row.
+/// Share of the matches within [`SCREEN_PX`] of their row that are behind infinity, with the calibration in use after
+/// the last pair. `None` without matches in row.
 pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>> {
     let in_use = calibration_in_use(set, log)?;
     let focal = in_use.cameras.mean_focal();
@@ -143,14 +146,15 @@ fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
     }
 }
 
-/// Error of disparity and of rows of a match at a known depth, px; `None` without rays.
+/// Errors of disparity and of row of a match at a known depth, px; `None` if a pixel has no ray.
 fn error_px(of: &Calibration<f64>, m: &Match, depth_m: f64, baseline_m: f64) -> Option<[f64; 2]> {
     let [disparity, row, depth] = offsets(of, m)?;
     let focal = of.cameras.mean_focal();
     Some([(disparity * depth - baseline_m / depth_m) * focal, row * focal])
 }
 
-/// Disparity, row offset, and depth of the left ray, all rectified, at unit depth.
+/// Disparity and row offset of the rectified rays at unit depth, and the rectified z of the left ray, whose z is 1 in
+/// the left camera frame.
 fn offsets(of: &Calibration<f64>, m: &Match) -> Option<[f64; 3]> {
     let rays = of.cameras.rays(&m.correspondence()).ok()?;
     let rotations = RectifyingRotations::from(&of.extrinsics);

@@ -16,44 +16,44 @@ use crate::data::{Dataset, Meta, in_f64, rows};
 pub struct Estimate {
     /// Proposed extrinsics.
     pub extrinsics: Extrinsics<f64>,
-    /// Correction of the cameras that they belong to.
+    /// Correction of the cameras that the extrinsics belong to.
     pub correction: LensCorrection<f64>,
     /// Reported standard deviations, rad, with the lens as given.
     pub sd: StandardDeviations<f64>,
-    /// The same with the lens uncertain.
+    /// Reported standard deviations, rad, with the lens uncertain.
     pub sd_lens: StandardDeviations<f64>,
-    /// Whether the baseline direction is observed.
+    /// Whether the pairs have determined the baseline direction.
     pub baseline_observed: bool,
     /// Lens errors that the pairs show.
     pub lens: Option<Lens>,
     /// Apparent yaw of the lens, rad.
     pub lens_yaw: Finding<f64>,
-    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad.
+    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad. Without a covariance, `sd.rotation`.
     pub yaw_sd: f64,
     /// Motion of the rig about the estimate, rad RMS.
     pub vibration: Vibration<f64>,
     /// State of the calibrator.
     pub state: State,
-    /// Doubt about the estimate.
+    /// The strongest reason against the estimate that comes from the matches.
     pub doubt: Option<Reason>,
 }
 
-/// [`LensEstimate`] in `f64`; the core's own cannot be constructed outside it.
+/// [`LensEstimate`] in `f64`. Code outside the core cannot construct a `LensEstimate`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lens {
-    /// Focal length, relative.
+    /// Error of the focal length, relative.
     #[serde(serialize_with = "value_and_sd")]
     pub focal: Finding<f64>,
-    /// Radial coefficient.
+    /// Error of the radial coefficient.
     #[serde(serialize_with = "value_and_sd")]
     pub k1: Finding<f64>,
-    /// Radial coefficient, mean of both cameras.
+    /// Error of the radial coefficient, mean of both cameras.
     #[serde(serialize_with = "value_and_sd")]
     pub k1_mean: Finding<f64>,
-    /// Tangential coefficient.
+    /// Error of the tangential coefficient.
     #[serde(serialize_with = "value_and_sd")]
     pub p1: Finding<f64>,
-    /// Principal column, px.
+    /// Error of the principal column, px.
     #[serde(serialize_with = "value_and_sd")]
     pub principal_x_px: Finding<f64>,
 }
@@ -107,7 +107,7 @@ impl Estimate {
         set.calibration(&self.extrinsics, &self.correction)
     }
 
-    /// A rig with the estimate instead of its extrinsics, the corrected cameras, and the apparent yaw of their lenses
+    /// The rig `of` with the estimated extrinsics, the corrected cameras, and the apparent yaw of the lenses
     /// ([`Meta::LENS_YAW`]), unless it is exactly 0.
     #[must_use]
     pub fn rig(&self, of: &Meta) -> Meta {
@@ -122,7 +122,7 @@ impl Estimate {
     }
 }
 
-/// The strongest doubt of the matches among the reasons against an estimate.
+/// The strongest of the reasons against an estimate that come from the matches.
 #[must_use]
 pub fn doubt(reasons: Reasons) -> Option<Reason> {
     let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves, Reason::Axis];

@@ -5,9 +5,11 @@ use stereo_selfcal::{Extrinsics, FactoryCalibration, Scalar};
 
 use crate::data::Meta;
 
-/// The factory calibration of a rig: its cameras, the extrinsics of the start, and from its file the length of the
-/// baseline and the deviation of the yaw. Without a deviation in the file, the identity counts as a calibration for
-/// recorded images without distortion, which have been rectified, and as a guess for all others.
+/// The factory calibration of a run: the cameras of the rig, the extrinsics of the start, and, from the rig's file, the
+/// length of the baseline and the standard deviation of the yaw.
+///
+/// Without a deviation in the file, `R = I`, `t = (-1, 0, 0)` counts as a calibration if the images were recorded and
+/// then rectified, and as a guess otherwise. Any other start counts as a calibration.
 ///
 /// # Errors
 /// If the cameras are not valid.
@@ -27,7 +29,7 @@ pub(super) fn of<T: Scalar>(rig: &Meta, start: Extrinsics<T>) -> Result<FactoryC
     })
 }
 
-/// Whether images were recorded and then rectified.
+/// Whether the images were recorded and then rectified: they have no distortion, and are not generated.
 fn is_rectified(rig: &Meta) -> bool {
     let undistorted = rig.dist_l.iter().chain(&rig.dist_r).all(|k| *k == 0.0);
     undistorted && rig.source != "generated"

@@ -1,15 +1,15 @@
-//! Pairs of a run of any length, held for computations after it.
+//! Pairs of a run of any length that are kept in memory for computations after the run.
 
 use crate::data::Match;
 
-/// Most matches held.
+/// Largest number of matches held; each pair counts as one more.
 const MOST: usize = 1 << 18;
 
-/// All pairs while there are few; then every 2nd, 4th, .. of them, from the first.
+/// Keeps all pairs while there are few, then every 2nd, then every 4th, and so on, from the first pair on.
 #[derive(Debug, Clone)]
 pub struct KeptPairs {
     pairs: Vec<Vec<Match>>,
-    /// Matches in them, and one for each pair.
+    /// Number of matches in `pairs`, plus one for each pair.
     held: usize,
     most: usize,
     offered: usize,
@@ -63,7 +63,7 @@ mod tests {
         assert_eq!(kept(10), [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
         assert_eq!(kept(11), [0.0, 2.0, 4.0, 6.0, 8.0, 10.0]);
         assert_eq!(kept(80), [0.0, 8.0, 16.0, 24.0, 32.0, 40.0, 48.0, 56.0, 64.0, 72.0]);
-        // A single pair is kept for any number of matches.
+        // A single pair is kept, however many matches it has.
         let mut one = KeptPairs { most: 10, ..KeptPairs::default() };
         one.offer(&[at(0.0); 99]);
         assert_eq!(one.into_pairs().len(), 1);

@@ -23,9 +23,9 @@ pub struct RunLog {
     factory: Extrinsics<f64>,
     /// All pairs, or the latest one if earlier ones are forgotten.
     steps: Vec<Step>,
-    /// Whether only the latest pair is kept.
+    /// Whether `steps` keeps only the latest pair.
     brief: bool,
-    /// Pairs no longer in `steps`.
+    /// Sums over the pairs that were removed from `steps`.
     forgotten: Totals,
     fused: Option<Estimate>,
 }
@@ -51,7 +51,7 @@ impl RunLog {
         }
     }
 
-    /// The same log with only the latest pair in [`RunLog::steps`], so that a run may be of any length.
+    /// The log with only the latest pair in [`RunLog::steps`], so that the memory does not grow with the run.
     #[must_use]
     pub fn briefly(self) -> Self {
         Self { brief: true, ..self }
@@ -61,8 +61,8 @@ impl RunLog {
         self.truth.as_ref().map(|truth| Deviation::between(found, truth))
     }
 
-    /// The same for a rig that moves: pair `i` and the estimate after it are compared with `truths[i]`; pairs beyond
-    /// the last truth with the last.
+    /// The log for a rig that moves: pair `i` and the estimate after it are compared with `truths[i]`. Pairs beyond the
+    /// last truth are compared with the last truth.
     #[must_use]
     pub fn with_truths(self, truths: Vec<Extrinsics<f64>>) -> Self {
         Self { truths, ..self }
@@ -70,8 +70,8 @@ impl RunLog {
 
     /// Records one pair.
     ///
-    /// * `offered`, `taken`: correspondences in the data set and in the batch.
-    /// * `outcome`: result of solving and fusing.
+    /// * `offered`, `taken`: numbers of correspondences in the data set and in the batch.
+    /// * `outcome`: report of the solved pair and result of its fusion, or why the pair was not solved.
     /// * `fused`: the estimate after this pair.
     pub fn record<T: Scalar>(
         &mut self,
@@ -110,7 +110,7 @@ impl RunLog {
         &self.steps[self.steps.len() - 1]
     }
 
-    /// Pairs so far.
+    /// Number of pairs so far.
     pub(super) fn pairs(&self) -> usize {
         self.forgotten.pairs + self.steps.len()
     }
@@ -122,14 +122,14 @@ impl RunLog {
         }
     }
 
-    /// Notes the results of the witnesses of the pair recorded last.
+    /// Notes the results of the range readings and tracks of the pair recorded last.
     pub fn note_witnessed(&mut self, witnessed: WitnessCounts) {
         if let Some(step) = self.steps.last_mut() {
             step.witnessed = witnessed;
         }
     }
 
-    /// Notes the solution of the pair recorded last, solved alone.
+    /// Notes the solution of the pair recorded last when it is solved alone; `None` if it has no solution.
     pub fn note_alone(&mut self, extrinsics: Option<Extrinsics<f64>>) {
         let error = extrinsics.and_then(|found| self.error(&found));
         if let Some(step) = self.steps.last_mut() {
@@ -137,8 +137,9 @@ impl RunLog {
         }
     }
 
-    /// Notes the knowledge of a vehicle after the pair recorded last.
+    /// Notes the calibration in use and the health after the pair recorded last.
     ///
+    /// * `given`: the calibrator's cameras before any correction.
     /// * `health`: over that pair, before the estimate was applied.
     pub fn check<T: Scalar, const N: usize>(
         &mut self,
@@ -163,7 +164,7 @@ impl RunLog {
         }
     }
 
-    /// The pairs so far; the latest of a brief log.
+    /// The pairs so far; only the latest pair if the log is brief ([`RunLog::briefly`]).
     #[must_use]
     pub fn steps(&self) -> &[Step] {
         &self.steps
@@ -176,7 +177,7 @@ impl RunLog {
         totals
     }
 
-    /// The start of the run.
+    /// Extrinsics that the run starts from.
     #[must_use]
     pub fn factory(&self) -> &Extrinsics<f64> {
         &self.factory

@@ -1,4 +1,4 @@
-//! Runs of the calibrator over data: pair by pair, as a whole, and many of them.
+//! Runs of the calibrator over data: one pair, one run, and many runs.
 
 mod alone;
 mod checked;

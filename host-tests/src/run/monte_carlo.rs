@@ -1,7 +1,7 @@
 //! Monte Carlo: many runs of a scenario against the best possible estimate from its data.
 //!
-//! The yardstick of a run is the joint maximum-likelihood fit of the true matches of all its pairs, on the same data.
-//! The yardstick of a single pair is the Cramer-Rao bound of its true matches.
+//! A run is compared with the joint maximum-likelihood fit of the true matches of all its pairs. A single pair is
+//! compared with the Cramer-Rao bound of its true matches.
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
@@ -20,7 +20,7 @@ use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
 /// Capacity for the matches of any scenario.
 pub const CAPACITY: usize = 512;
 
-/// Fewest true matches for a bound.
+/// Least number of true matches for a bound or a joint fit.
 pub const FEW: usize = 12;
 
 /// Number of reported standard deviations above which an error is overconfident.
@@ -33,7 +33,7 @@ pub struct AfterPair {
     pub state: State,
     /// How the pair was fused, if at all.
     pub fused: Option<Fused>,
-    /// Passes it took.
+    /// Passes over the batch that the pair took, if it was solved.
     pub passes: Option<u16>,
     /// The estimate.
     pub found: Extrinsics<f64>,
@@ -41,9 +41,9 @@ pub struct AfterPair {
     pub error: Deviation<f64>,
     /// Error of the extrinsics in use.
     pub in_use: Deviation<f64>,
-    /// Error over its reported standard deviation: the worse of `R` and `t`.
+    /// Error over its reported standard deviation, the larger of those of `R` and `t`.
     pub error_in_sd: f64,
-    /// Error squared over its reported covariance, five degrees of freedom.
+    /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
     pub nees: f64,
     /// Doubt about the estimate.
     pub doubt: Option<Reason>,
@@ -54,26 +54,26 @@ pub struct AfterPair {
 pub struct Run {
     /// State after each pair; `None` before the first estimate.
     pub pairs: Vec<Option<AfterPair>>,
-    /// Error of the joint fit of all true matches; `None` if the rig moves or there are no true matches.
+    /// Error of the joint fit of all true matches; `None` if the rig moves, or there are fewer than [`FEW`].
     pub joint_fit: Option<Deviation<f64>>,
-    /// Cramer-Rao bound of the last pair's true matches; NaN for too few.
+    /// Cramer-Rao bound of the last pair's true matches; NaN for fewer than [`FEW`].
     pub bound: Deviation<f64>,
 }
 
 impl Run {
-    /// First pair after which the state was locked.
+    /// Number of the first pair, from 0, after which the state was locked.
     #[must_use]
     pub fn locked_at(&self) -> Option<usize> {
         self.pairs.iter().position(|m| m.is_some_and(|m| m.state == State::Locked))
     }
 
-    /// The last pair.
+    /// The state after the last pair; `None` without an estimate.
     #[must_use]
     pub fn last(&self) -> Option<&AfterPair> {
         self.pairs.last()?.as_ref()
     }
 
-    /// Number of locked pairs, and of locked pairs whose reported deviation is far too small.
+    /// Number of locked pairs, and of locked pairs whose error is above [`TOO_MANY_SD`] reported deviations.
     #[must_use]
     pub fn locked_and_overconfident(&self) -> [usize; 2] {
         let locked = || self.pairs.iter().flatten().filter(|m| m.state == State::Locked);
@@ -97,7 +97,8 @@ pub fn runs<T: Scalar>(
     seeds.into_par_iter().map(of_seed).collect()
 }
 
-/// One run of any length, in constant memory: the state after 10, 100, 1000, ... pairs.
+/// One run of any length, in constant memory: the number of pairs and the state after 10, 100, 1000, ... pairs and
+/// after the last pair.
 ///
 /// * `each`: called after each pair.
 ///
@@ -112,7 +113,7 @@ pub fn long_run<T: Scalar>(
     let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut kept = Vec::new();
     let mut due = 10;
-    // Not `frames`, which checks the scene of every pair: that takes hours for a million.
+    // Not `Scenario::frames`, which checks the scene of every pair: for a million pairs, the checks take hours.
     for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
         let after_pair = step(&mut calibrator, &pair, &scenario.scene.rig);
         if at == due || at == scenario.pairs {
@@ -124,7 +125,7 @@ pub fn long_run<T: Scalar>(
     Ok(kept)
 }
 
-/// Cameras of a generated scene.
+/// Nominal cameras of a generated scene.
 pub(super) fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     let centre = scene.size.map(|n| T::lit(f64::from(n - 1) / 2.0));
     let intrinsics =
@@ -156,14 +157,14 @@ pub fn calibrator<T: Scalar>(
     Ok(Box::new(Calibrator::new(config, &factory)))
 }
 
-/// One pair through the calibrator.
+/// Takes one pair, and applies the estimate if possible.
 fn step<T: Scalar>(
     calibrator: &mut Calibrator<T, CAPACITY>,
     pair: &SynthPair,
     truth: &Extrinsics<f64>,
 ) -> Option<AfterPair> {
     let outcome = calibrator.take_pair(pair.matches.iter().map(Match::correspondence));
-    // An estimate that is not locked, or doubted, is not applied.
+    // `apply` refuses an estimate that is not locked, or is in doubt.
     let _ = calibrator.apply();
     let (fused, passes) = (outcome.fused.ok(), outcome.pair.map(|report| report.passes));
     let proposal = calibrator.proposal()?;
@@ -219,7 +220,7 @@ fn after_pair<T: Scalar>(
     }
 }
 
-/// Error squared over the reported covariance, five degrees of freedom; NaN without a covariance.
+/// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
 pub(super) fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -> f64 {
     let found = RectifyingRotations::from(&in_f64(&proposal.extrinsics));
     let off = found.unknowns_to(&RectifyingRotations::from(truth));
@@ -233,7 +234,7 @@ pub(super) fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -
 /// 99 % bounds of the mean NEES of `n` consistent estimates, five degrees of freedom.
 #[must_use]
 pub fn nees_band(n: usize) -> [f64; 2] {
-    // The mean is normal for hundreds of terms: each has mean 5, variance 10.
+    // Each NEES has mean 5 and variance 10. The mean of many is nearly normal.
     let sd = (10.0 / f64::from(u32::try_from(n).unwrap_or(u32::MAX))).sqrt();
     [5.0 - 2.576 * sd, 5.0 + 2.576 * sd]
 }

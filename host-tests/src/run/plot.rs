@@ -19,7 +19,7 @@ use crate::stats::{median, quantile};
 
 const SIZE: Point = [1000.0, 460.0];
 
-/// Heights of the title, and of the heading and legend of a half, px.
+/// Height of the title, and height of the heading and legend of a half of the picture, px.
 const TITLE: f64 = 32.0;
 const HEAD: f64 = 70.0;
 
@@ -30,7 +30,7 @@ const MARGINS: [f64; 3] = [70.0, 14.0, 52.0];
 const LINE: f64 = 17.0;
 const GAP: f64 = 16.0;
 
-/// Sizes of the title, of headings and of the words at an axis, px.
+/// Font sizes of the title, of headings and of the words at an axis, px.
 const WORDS: [f64; 3] = [17.0, 14.0, 12.0];
 
 const BEFORE: Rgb = SERIES[1].light;
@@ -41,16 +41,18 @@ const ROTATION: Rgb = SERIES[9].light;
 /// Bins of the histogram; an even number, so that 0 is the edge of a bin.
 const BINS: u32 = 60;
 
-/// Share of the offsets before that the histogram contains, and its least half-width, px.
+/// Share of the row offsets under the extrinsics of the start that the histogram contains.
 const SHOWN: f64 = 0.98;
+
+/// Least half-width of the histogram, px.
 const MIN_LIMIT_PX: f64 = 2.0;
 
-/// Writes the picture as SVG; folders on the way are created, an older file is replaced.
+/// Writes the picture as SVG; missing folders are created, an older file is replaced.
 ///
-/// Left: histograms of the row offsets, px, under the extrinsics that the run started from and under the
-/// fused ones, of the matches within [`SCREEN_PX`] of their row under the fused ones. Right: errors against the
-/// reference, degrees, of each pair alone and of the running estimate, with its reported deviation as a band and the
-/// reference's own standard error where it is known.
+/// Left: two histograms of row offsets, px: under the extrinsics that the run started from, and under the fused ones.
+/// Both count the matches within [`SCREEN_PX`] of their row under the fused extrinsics. Right: errors against the
+/// reference, degrees, of each pair alone and of the running estimate. A band shows the standard deviation that the
+/// estimate reports, and a dashed line the standard error of the reference, if known.
 ///
 /// # Errors
 /// If the data set's cameras are not valid, or the file cannot be written.
@@ -70,7 +72,7 @@ fn svg(set: &Dataset, log: &RunLog) -> Result<String> {
 
 /// Heading and legend of one half of the picture.
 ///
-/// * `left`: of the half, px.
+/// * `left`: left border of the half, px.
 fn head(svg: &mut Svg, left: f64, heading: &str, legend: &[Key]) {
     svg.text([left + SIZE[0] / 4.0, TITLE + 12.0], WORDS[1], Anchor::Middle, heading);
     for (key, row) in legend.iter().zip((0_u8..).map(f64::from)) {
@@ -80,8 +82,8 @@ fn head(svg: &mut Svg, left: f64, heading: &str, legend: &[Key]) {
 
 /// Axes and grid between two heights of one half of the picture.
 ///
-/// * `left`: of the half, px.
-/// * `axes`: with their names; the horizontal one has words only if it has a name.
+/// * `left`: left border of the half, px.
+/// * `axes`: horizontal and vertical axis with their names. A horizontal axis without a name gets no labels.
 fn chart<'a>(
     svg: &'a mut Svg,
     left: f64,
@@ -102,12 +104,12 @@ fn chart<'a>(
     plot
 }
 
-/// Row offsets before and after, counted in bins of one width.
+/// Row offsets before and after the run, counted in bins of one width.
 #[derive(Debug, PartialEq)]
 struct Histogram {
     /// Half-width of the histogram, px.
     limit: f64,
-    /// Matches counted, and all matches.
+    /// Number of matches counted, and of all matches.
     counted: [usize; 2],
     before: Counts,
     /// Counts after; `None` without an estimate.
@@ -117,7 +119,7 @@ struct Histogram {
 #[derive(Debug, PartialEq)]
 struct Counts {
     bins: Vec<u32>,
-    /// Median of the magnitudes, px.
+    /// Median of the magnitudes of the offsets, px.
     median: f64,
 }
 
@@ -156,7 +158,7 @@ impl Histogram {
 }
 
 impl Counts {
-    /// Offsets beyond the limit are in no bin.
+    /// Counts offsets in [`BINS`] bins from `-limit` to `limit`, px. Offsets beyond the limit are in no bin.
     fn within(limit: f64, offsets: &[f64]) -> Self {
         let width = 2.0 * limit / f64::from(BINS);
         let edge = |i: u32| f64::from(i) * width - limit;
@@ -168,7 +170,7 @@ impl Counts {
         Self { bins: (0..BINS).map(count).collect(), median }
     }
 
-    /// The outline of the bars, closed by the axis.
+    /// The outline of the bars, from the horizontal axis and back to it.
     fn outline(&self, limit: f64) -> Vec<Point> {
         let width = 2.0 * limit / f64::from(BINS);
         let mut x = -limit;
@@ -203,11 +205,13 @@ fn draw_offsets(svg: &mut Svg, left: f64, histogram: &Histogram) {
     }
 }
 
-/// One of the two errors over the pairs, degrees.
+/// The error of `t` or of `R` over the pairs, degrees.
 struct Curve {
     name: &'static str,
     color: Rgb,
+    /// Error of each pair alone.
     singles: Vec<Point>,
+    /// Error of the running estimate.
     running: Vec<Point>,
     /// Reported deviation of the running estimate.
     reported: Vec<Point>,
@@ -216,7 +220,8 @@ struct Curve {
 }
 
 impl Curve {
-    /// * `of`, `sd`: pick the error out of a deviation, and its reported deviation, rad.
+    /// * `of`: picks the error, rad.
+    /// * `sd`: picks the standard deviation that the estimate reports for it, rad.
     fn new(
         (name, color): (&'static str, Rgb),
         steps: &[Step],
@@ -320,7 +325,7 @@ mod tests {
     }
 
     #[test]
-    fn no_pair_one_pair_no_estimate_and_no_error_are_drawn_all_the_same() {
+    fn runs_without_pairs_estimate_or_error_are_drawn() {
         let exact = Scene { noise_px: 0.0, ..Scene::default() };
         let too_few = Scene { matches: 5, ..Scene::default() };
         for set in [exact.dataset(0, 1), exact.dataset(1, 1), too_few.dataset(3, 1)] {

@@ -16,27 +16,28 @@ const CLEAR: &str = "\r\x1b[2K";
 /// Progress of some work, shared by all threads that do it.
 #[derive(Debug)]
 pub struct Bar {
-    /// `None` without a terminal.
+    /// `None` if the bar is never drawn.
     state: Option<Mutex<State>>,
 }
 
 #[derive(Debug)]
 struct State {
     done: u64,
-    /// `None` if unknown.
+    /// Number of all items; `None` if unknown.
     length: Option<u64>,
     words: String,
     started: Instant,
+    /// Time of the last drawing; `None` if no bar is on the terminal.
     drawn: Option<Instant>,
 }
 
-/// A bar over so many items.
+/// A bar over `count` items.
 #[must_use]
 pub fn over(count: usize, things: &str) -> Bar {
     Bar::new(Some(count as u64), things)
 }
 
-/// A count of items whose end is unknown.
+/// A count of items whose total is unknown.
 #[must_use]
 pub fn counting(things: &str) -> Bar {
     Bar::new(None, things)
@@ -58,27 +59,27 @@ impl Bar {
         Self { state: None }
     }
 
-    /// Advances by so many items.
+    /// Advances by `count` items.
     pub fn inc(&self, count: u64) {
         self.update(|state| state.done += count);
     }
 
-    /// Advances by so many items if the end is unknown.
+    /// Advances by `count` items if the total is unknown.
     pub fn inc_counted(&self, count: u64) {
         self.update(|state| state.done += if state.length.is_none() { count } else { 0 });
     }
 
-    /// Adds so many items to do.
+    /// Adds `count` items to a known total.
     pub fn inc_length(&self, count: u64) {
         self.update(|state| state.length = state.length.map(|length| length + count));
     }
 
-    /// The current item.
+    /// Sets the words after the number.
     pub fn set_message(&self, words: impl Into<String>) {
         self.update(|state| state.words = words.into());
     }
 
-    /// Prints below a cleared line.
+    /// Clears the bar, prints, and draws the bar again.
     pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
         let Some(mut state) = self.lock() else { return print() };
         state.clear();
@@ -87,7 +88,7 @@ impl Bar {
         printed
     }
 
-    /// Clears the line.
+    /// Clears the bar.
     pub fn finish_and_clear(&self) {
         if let Some(mut state) = self.lock() {
             state.clear();
@@ -110,7 +111,7 @@ impl Bar {
 impl State {
     fn draw(&mut self) {
         self.drawn = Some(Instant::now());
-        // A closed terminal does not end the work.
+        // An error of a closed terminal must not end the work.
         let _ = write!(io::stderr(), "{CLEAR}{}", self.line(self.started.elapsed()));
     }
 
@@ -156,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn a_hidden_bar_prints_what_it_is_given() {
+    fn a_hidden_bar_lets_others_print() {
         let bar = Bar::hidden();
         bar.inc(1);
         assert_eq!(bar.suspend(|| 7), 7);

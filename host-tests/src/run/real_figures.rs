@@ -1,4 +1,4 @@
-//! Figures over the runs of one scene: errors, claims, the extrinsics in use.
+//! Figures over the runs of one scene: errors, reported deviations, and the extrinsics in use.
 
 use stereo_selfcal::State;
 use stereo_selfcal::geometry::metrics::Deviation;
@@ -9,14 +9,14 @@ use crate::stats::{mean, quantile, rms_deviation};
 /// Numbers of pairs after which arming is counted, besides the last.
 const ARMED_AT: [usize; 2] = [10, 50];
 
-/// Figures after so many pairs. Angles in rad; NaN without data.
+/// Figures after a number of pairs. Angles in rad; NaN without data.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figures {
-    /// Runs.
+    /// Number of runs.
     pub runs: usize,
-    /// Pairs of each run.
+    /// Number of pairs of each run that the figures cover. "At the end" means after the last of them.
     pub pairs: usize,
-    /// Runs with an estimate at the end.
+    /// Number of runs with an estimate at the end.
     pub estimated: usize,
     /// Error of `t` at the end, median and worst.
     pub e_t: [f64; 2],
@@ -30,25 +30,27 @@ pub struct Figures {
     pub bound: Deviation<f64>,
     /// Reported standard deviation at the end, median.
     pub sd: Deviation<f64>,
-    /// Error of `t` over its reported deviation at the end, 95th percentile and worst.
+    /// Ratio of the error of `t` to its reported deviation at the end, 95th percentile and worst.
     pub t_in_sd: [f64; 2],
-    /// The same for `R`.
+    /// Ratio of the error of `R` to its reported deviation at the end, 95th percentile and worst.
     pub r_in_sd: [f64; 2],
-    /// Mean NEES at the end over its five degrees of freedom; 1 if consistent.
+    /// Mean NEES (squared error normalised by the reported covariance) at the end, divided by its five degrees of
+    /// freedom; 1 if the covariance is right.
     pub nees: f64,
-    /// Runs locked at the end, and at any time.
+    /// Number of runs locked at the end, and at any time.
     pub locked: [usize; 2],
-    /// Share of runs armed after 10 pairs, 50 pairs, and the last.
+    /// Shares of runs armed after 10 pairs, after 50 pairs, and at the end.
     pub armed: [f64; 3],
-    /// Runs with a locked pair off by more than 5 reported deviations.
+    /// Number of runs in which, after some pair, a locked estimate was off by more than 5 reported deviations.
     pub bad: usize,
-    /// Share of such pairs among locked pairs, and among armed pairs.
+    /// Shares of locked pairs, and of armed pairs, after which the estimate was off by more than 5 reported deviations.
     pub beyond: [f64; 2],
-    /// Share of locked pairs off by more than 3 deviations reported with the lens as given.
+    /// Share of locked pairs after which the estimate was off by more than 3 deviations, reported with the lens as
+    /// given.
     pub beyond_3: f64,
-    /// Reported vibration of `R` at the end, least, median and most.
+    /// Reported vibration of `R` at the end, rad RMS: least, median and largest.
     pub vibration_r: [f64; 3],
-    /// The same of the baseline.
+    /// Reported vibration of the baseline at the end, rad RMS: least, median and largest.
     pub vibration_t: [f64; 3],
     /// Share of all pairs with a reported vibration.
     pub vibrating: f64,
@@ -56,14 +58,15 @@ pub struct Figures {
     pub in_use_t: [f64; 2],
     /// Error of `R` in use at the end, median and worst.
     pub in_use_r: [f64; 2],
-    /// Largest error of `t` in use at the end over that at the start.
+    /// Largest ratio of the error of `t` in use at the end to the error of `t` at the start.
     pub in_use_growth: f64,
-    /// RMS row offset in use at the end, px, median.
+    /// RMS row offset with the calibration in use at the end, px, median.
     pub in_use_px: f64,
 }
 
 impl Figures {
-    /// Figures after so many pairs of the runs. Joint fit and bound cover whole runs, so they are NaN before the end.
+    /// Figures after the first `pairs` pairs of the runs. Joint fit and bound cover whole runs, so they are NaN if the
+    /// runs are longer.
     #[must_use]
     pub fn after(runs: &[RealRun], pairs: usize) -> Self {
         let seen = || runs.iter().map(|run| &run.pairs[..pairs.min(run.pairs.len())]);
@@ -135,7 +138,7 @@ impl Figures {
         }
     }
 
-    /// RMS error over that of the joint fit, `t` and `R`.
+    /// Ratios of the RMS error to that of the joint fit, of `t` and of `R`.
     #[must_use]
     pub fn over_joint_fit(&self) -> [f64; 2] {
         [
@@ -144,7 +147,7 @@ impl Figures {
         ]
     }
 
-    /// All figures with their names; angles in rad.
+    /// All figures with the names of their columns; angles in rad.
     #[must_use]
     pub fn columns(&self) -> Vec<(&'static str, f64)> {
         let count = |n: usize| u32::try_from(n).map_or(f64::NAN, f64::from);
@@ -198,6 +201,7 @@ impl Figures {
     }
 }
 
+/// Whether the estimate after the pair is off by more than 5 reported deviations.
 fn beyond(pair: &RealPair) -> bool {
     pair.claim.is_some_and(|claim| claim.is_overconfident())
 }
@@ -207,7 +211,7 @@ fn share_beyond<'a>(pairs: impl Iterator<Item = &'a RealPair>) -> f64 {
     share(pairs.iter().filter(|pair| beyond(pair)).count(), pairs.len())
 }
 
-/// NaN for an empty whole.
+/// Part over whole; NaN for an empty whole.
 fn share(part: usize, whole: usize) -> f64 {
     let count = |n: usize| u32::try_from(n).map_or(f64::NAN, f64::from);
     count(part) / count(whole)
@@ -250,7 +254,7 @@ impl Numbers {
 mod tests {
     use super::*;
 
-    /// A pair with errors of `t` and `R` against deviations of 1 mrad.
+    /// A pair with these errors of `t` and `R`, rad, and reported deviations of 1 mrad.
     fn pair(state: State, armed: bool, e_t: f64, e_r: f64) -> RealPair {
         let deviation = |translation: f64, rotation: f64| Deviation { translation, rotation };
         let [error, sd] = [deviation(e_t, e_r), deviation(1e-3, 1e-3)];
@@ -273,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn locked_and_armed_pairs_that_claim_too_much_are_counted() {
+    fn locked_and_armed_pairs_with_too_small_deviations_are_counted() {
         let good = pair(State::Locked, true, 1e-3, 1e-3);
         let bad = pair(State::Locked, false, 1e-3, 6e-3);
         let early = pair(State::Acquiring, false, 9e-3, 1e-3);

@@ -1,5 +1,5 @@
 //! Runs of the calibrator as on a vehicle: the health is read and the estimate applied after every pair. A run keeps
-//! the data that judge its claims.
+//! the errors of its estimates and their reported deviations.
 
 use std::ops::Range;
 
@@ -13,7 +13,7 @@ use crate::bounds::{cramer_rao, try_joint_fit};
 use crate::data::{Match, Rays, in_f64, ranges, tracked};
 use crate::synth::{Scenario, ScenarioPair};
 
-/// One pair of a run.
+/// Results of one pair of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct RealPair {
     /// State after the pair.
@@ -26,9 +26,10 @@ pub struct RealPair {
     pub claim: Option<Claim>,
     /// Estimated vibration of `R` and of `t`, rad RMS.
     pub vibration: [f64; 2],
-    /// Error of the extrinsics in use, after applying.
+    /// Error of the extrinsics in use, after an attempt to apply the estimate.
     pub in_use: Deviation<f64>,
-    /// RMS row offsets of the health, px: in use before the estimate was applied, and proposed.
+    /// RMS row offsets from the health, px: with the extrinsics in use before the estimate was applied, and with the
+    /// estimate.
     pub rms_px: Option<[f64; 2]>,
 }
 
@@ -39,9 +40,9 @@ pub struct Claim {
     pub error: Deviation<f64>,
     /// Reported standard deviation, with the lens uncertain.
     pub sd: Deviation<f64>,
-    /// The same with the lens as given.
+    /// Reported standard deviation, with the lens as given.
     pub sd_given: Deviation<f64>,
-    /// Error squared over the reported covariance, five degrees of freedom; NaN without a covariance.
+    /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
     pub nees: f64,
 }
 
@@ -52,9 +53,11 @@ pub struct RealRun {
     pub pairs: Vec<RealPair>,
     /// Error of `R = I`, `t = (-1, 0, 0)` against the truth of the last pair.
     pub start: Deviation<f64>,
-    /// Error of the joint fit of all true matches; `None` if the rig moves or there is no fit.
+    /// Error of the joint fit of all true matches; `None` if the rig moves, there are fewer than [`FEW`], or the fit
+    /// fails.
     pub joint_fit: Option<Deviation<f64>>,
-    /// Cramer-Rao bound of all true matches, with all noise taken as independent; `None` if the rig moves.
+    /// Cramer-Rao bound of all true matches, as if all noise were independent; `None` if the rig moves, or there are
+    /// fewer than [`FEW`].
     pub bound: Option<Deviation<f64>>,
 }
 
@@ -74,7 +77,7 @@ impl Claim {
         }
     }
 
-    /// Error over reported standard deviation, each part.
+    /// Error over reported standard deviation, of `t` and of `R`.
     #[must_use]
     pub fn error_in_sd(&self) -> Deviation<f64> {
         Deviation {
@@ -83,7 +86,7 @@ impl Claim {
         }
     }
 
-    /// Whether the error of a part is far above its reported deviation.
+    /// Whether the error of `t` or of `R` is above [`TOO_MANY_SD`] reported deviations.
     #[must_use]
     pub fn is_overconfident(&self) -> bool {
         let Deviation { translation, rotation } = self.error_in_sd();
@@ -133,7 +136,8 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Real
     })
 }
 
-/// Passes the readings and tracks of a pair on, after the pair. A refused one leaves the estimate as it was.
+/// Passes the range readings and the tracks of a pair to the calibrator, after the pair itself. A refused measurement
+/// leaves the estimate unchanged.
 ///
 /// # Panics
 /// If the cameras of the scene are not valid.
@@ -151,13 +155,13 @@ pub fn push_witnessed<T: Scalar, const N: usize>(
     }
 }
 
-/// One pair through the calibrator, as on a vehicle.
+/// Takes one pair as on a vehicle.
 fn step<T: Scalar>(calibrator: &mut Calibrator<T, CAPACITY>, frame: &ScenarioPair) -> RealPair {
     let matches = frame.pair.matches.iter().map(Match::correspondence);
     let fused = calibrator.take_pair(matches).fused.is_ok();
     push_witnessed(calibrator, frame);
     let health = calibrator.health().ok();
-    // An estimate that is not locked, or doubted, is not applied.
+    // `apply` refuses an estimate that is not locked, or is in doubt.
     let _ = calibrator.apply();
     let truth = &frame.steady;
     let vibration = calibrator.proposal().map(|proposal| proposal.vibration);

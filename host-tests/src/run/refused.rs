@@ -7,10 +7,11 @@ use stereo_selfcal::depth::{MotionError, RangeError, Witnessed};
 use stereo_selfcal::geometry::{Side, UndistortError};
 use stereo_selfcal::{PushError, Rejection};
 
-/// How often each reason occurred.
+/// Number of occurrences of each reason.
 pub type CountByReason = BTreeMap<&'static str, usize>;
 
-/// Results of witnesses of the mount yaw, by name: taken, waiting, or the reason of the refusal.
+/// Number of each result of the measurements that determine the yaw of the mount, by name: taken, waiting, or the
+/// reason of the refusal.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize)]
 pub struct WitnessCounts {
     /// Range readings.
@@ -67,7 +68,7 @@ fn of_motion(why: MotionError) -> &'static str {
     }
 }
 
-/// Why a match was refused.
+/// Name of the reason why a match was refused.
 #[must_use]
 pub fn of_match(why: PushError) -> &'static str {
     match why {
@@ -86,7 +87,7 @@ pub fn of_match(why: PushError) -> &'static str {
     }
 }
 
-/// Why a pair was not solved.
+/// Name of the reason why a pair was not solved.
 #[must_use]
 pub fn of_unsolved(why: Rejection) -> &'static str {
     match why {
@@ -101,7 +102,7 @@ pub fn of_unsolved(why: Rejection) -> &'static str {
     }
 }
 
-/// Why a solved pair was not fused.
+/// Name of the reason why a solved pair was not fused.
 #[must_use]
 pub fn of_refusal(why: Rejection) -> &'static str {
     match why {

@@ -20,7 +20,7 @@ use crate::data::{Dataset, Match, Meta, in_f64};
 /// Capacity of a calibrator, correspondences a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Capacity {
-    /// That of a vehicle.
+    /// The capacity on a vehicle.
     #[value(name = "256")]
     N256,
     /// More than any pair of the recorded sets has.
@@ -31,17 +31,17 @@ pub enum Capacity {
 /// When the estimate is applied.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, clap::ValueEnum)]
 pub enum Apply {
-    /// Never: the extrinsics in use stay those of the start.
+    /// Never: the extrinsics of the start stay in use.
     #[default]
     Never,
     /// After every pair, as on a vehicle.
     Each,
 }
 
-/// Number type of a run. This crate compiles the estimator for both types; a generic run would compile it again in every
-/// crate that uses one.
+/// Number type of a run. This crate compiles the estimator for both types. A generic run would be compiled again in
+/// every crate that uses it.
 pub trait ReplayScalar: Scalar {
-    /// Constructor of a calibrator of a capacity, which selects from longer pairs.
+    /// Constructor of a calibrator of a capacity. The calibrator selects matches from longer pairs.
     ///
     /// # Errors
     /// If the type has no such capacity.
@@ -72,10 +72,10 @@ impl ReplayScalar for f64 {
     }
 }
 
-/// Pairs in, records of the log out.
+/// Takes pairs, and records the results in a log.
 #[doc(hidden)]
 pub trait Replayed: fmt::Debug + Send {
-    /// Solves and fuses a pair, with the readings and tracks that come with it.
+    /// Solves and fuses a pair, and takes the range readings and tracks that come with it.
     fn take(
         &mut self,
         pair: &[Match],
@@ -85,11 +85,11 @@ pub trait Replayed: fmt::Debug + Send {
     );
 }
 
-/// The calibrator of a run, and one for every pair alone.
+/// The calibrator of a run, and the solver of its pairs alone.
 #[derive(Debug)]
 struct Solvers<T: Scalar, const N: usize> {
     calibrator: Box<Calibrator<T, N>>,
-    /// The cameras as given.
+    /// The cameras before any correction.
     cameras: Cameras<T>,
     alone: PairSolver<T, N>,
 }
@@ -115,7 +115,7 @@ impl<T: Scalar, const N: usize> Replayed for Solvers<T, N> {
     }
 }
 
-/// A run in progress: pairs in, one at a time; steps out.
+/// A run in progress, which takes one pair at a time.
 #[derive(Debug)]
 pub struct Running {
     replayed: Box<dyn Replayed>,
@@ -126,9 +126,9 @@ pub struct Running {
 }
 
 impl Running {
-    /// A run over the pairs of a rig, compared with its extrinsics if known.
+    /// A run over pairs of a rig. The estimates are compared with the extrinsics of the rig, if it has any.
     ///
-    /// * `start`: extrinsics that every pair starts from.
+    /// * `start`: factory extrinsics.
     ///
     /// # Errors
     /// If the rig is not valid, or the number type has no such capacity.
@@ -167,13 +167,13 @@ impl Running {
 
 /// The input of a run.
 pub struct Feed<'a> {
-    /// Their rig.
+    /// The rig of the pairs.
     pub rig: &'a Meta,
     /// True extrinsics of each pair; empty if the rig does not move.
     pub truths: Vec<Extrinsics<f64>>,
-    /// The pairs on arrival.
+    /// The pairs, read one at a time.
     pub pairs: Box<dyn Iterator<Item = Result<Vec<Match>>> + 'a>,
-    /// Points of known distance.
+    /// Readings of the distance to points of the pairs.
     pub ranges: Ranges,
     /// Matches tracked from each pair to a later one; may be empty.
     pub tracks: Vec<Vec<Track>>,
@@ -214,7 +214,7 @@ pub fn replay<T: ReplayScalar>(
 
 /// Replays pairs through a calibrator.
 ///
-/// * `start`: extrinsics that every pair starts from.
+/// * `start`: factory extrinsics.
 /// * `apply`: when the estimate is applied.
 /// * `each`: called after each pair.
 ///
@@ -268,7 +268,7 @@ fn replay_pair<T: Scalar, const N: usize>(
     }
     let health = calibrator.health().ok();
     if apply == Apply::Each {
-        // An estimate that is not locked, or doubted, is not applied; the health says so.
+        // `apply` refuses an estimate that is not locked, or is in doubt; the health gives the reason.
         let _ = calibrator.apply();
     }
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());

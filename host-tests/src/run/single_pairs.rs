@@ -1,4 +1,4 @@
-//! Single pairs against the clock and the truth.
+//! Single pairs, each solved alone: times and errors.
 
 use std::fmt;
 use std::time::{Duration, Instant};
@@ -14,34 +14,34 @@ use stereo_selfcal::{
 use crate::data::{PairFile, TruePair, in_f64};
 use crate::stats::{mean, quantile, rms_deviation};
 
-/// Least error of a failed rotation, degrees.
+/// Error of the rotation above which a pair counts as failed, degrees.
 pub const FAILURE_DEG: f64 = 1.0;
 
-/// Slope of the farthest ray that the camera of the benchmark accepts, unit depth.
+/// Largest `|x|` or `|y|` of a ray at unit depth that the benchmark accepts.
 const WIDEST: f64 = 10.0;
 
 /// Times and errors over the pairs of a file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct SinglePairStats {
-    /// Pairs.
+    /// Number of pairs.
     pub pairs: usize,
-    /// Correspondences of each pair.
+    /// Number of correspondences of each pair.
     pub matches: usize,
-    /// Median time to solve a pair that is in the batch, microseconds.
+    /// Time to solve a pair that is in the batch, median, microseconds.
     pub median_us: f64,
     /// 99th percentile of the same time.
     pub p99_us: f64,
     /// Time to take a pair into the batch, median, microseconds.
     pub push_median_us: f64,
-    /// RMS angle of `t` from the truth, over the pairs with an estimate, degrees.
+    /// RMS angle between estimated and true `t`, over the pairs with an estimate, degrees.
     pub e_t_deg: f64,
-    /// RMS distance of the rotation vectors over the same pairs, degrees.
+    /// RMS distance between estimated and true rotation vector, over the same pairs, degrees.
     pub e_theta_deg: f64,
-    /// Pairs with `e_theta` above a degree, or without an estimate.
+    /// Number of pairs without an estimate, or with a rotation off by more than [`FAILURE_DEG`].
     pub failures: usize,
-    /// Failures without an estimate: the calibrator refused the pair.
+    /// Number of pairs without an estimate: the calibrator did not solve them.
     pub refused: usize,
-    /// Passes over the batch, mean.
+    /// Number of passes over the batch, mean.
     pub passes: f64,
 }
 
@@ -70,10 +70,12 @@ struct TimedPair {
 /// Solves each pair alone, from `R = I`, `t = (-1, 0, 0)`.
 ///
 /// * `focal`: focal length of the calibrator's camera, px.
-/// * `rounds`: timed rounds over the file, after one that is not timed.
+/// * `rounds`: number of timed rounds over the file; an untimed round comes first.
+/// * `each`: called after each pair.
 ///
 /// # Errors
-/// If a ray is further out than 10 at unit depth (84 degrees), or the pairs are longer than the capacity.
+/// If a ray has a coordinate above 10 at unit depth (84 degrees from the axis), the image at this focal length is too
+/// large, or the pairs are longer than the capacity.
 pub fn run<T: Scalar, const N: usize>(
     file: &PairFile,
     config: Config,
@@ -118,7 +120,7 @@ pub fn run<T: Scalar, const N: usize>(
     })
 }
 
-/// Pushes one pair into the batch and takes it alone.
+/// Pushes one pair into the batch, solves it alone, and measures both times.
 fn solve<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     batch: &[Correspondence<T>],
@@ -138,7 +140,7 @@ fn solve<T: Scalar, const N: usize>(
     Ok(TimedPair { push, solve, found })
 }
 
-/// The smallest pinhole camera that sees all rays, which are symmetric about its axis.
+/// The smallest pinhole camera that sees all rays, with the principal point in the middle of the image.
 struct BenchCamera {
     focal: f64,
     centre: [f64; 2],
@@ -219,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pair_without_an_estimate_is_a_failure_and_in_no_mean() {
+    fn a_pair_without_an_estimate_is_a_failure_and_enters_no_mean() {
         let mut file = generated(64);
         file.pairs[3].rays.fill([0.1, 0.1, 0.1, 0.1]);
         let all = run::<f64, 64>(&file, Config::robust(), 1400.0, 1, || ()).unwrap();

@@ -12,7 +12,7 @@ use super::refused::{CountByReason, WitnessCounts};
 /// Outcome of one pair.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Verdict {
-    /// Fused: how.
+    /// Fused, and how.
     Accepted(Fused),
     /// Solved, but not fused.
     Refused(Rejection),
@@ -23,17 +23,17 @@ pub enum Verdict {
 /// One pair of a run, in `f64` for any scalar of the run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
-    /// Correspondences the data set has for this pair.
+    /// Number of correspondences that the data set has for this pair.
     pub offered: usize,
-    /// Correspondences that the calibrator took.
+    /// Number of correspondences that the calibrator took.
     pub taken: usize,
     /// Number of refused correspondences for each reason; empty if the run has not counted them.
     pub refused: CountByReason,
     /// Results of range readings and of tracked matches, if the run had any.
     pub witnessed: WitnessCounts,
-    /// Its outcome.
+    /// Outcome of the pair.
     pub verdict: Verdict,
-    /// The solved pair; the robust preset tracks it from the running estimate.
+    /// The solution of the pair in the run; the robust preset starts it from the running estimate.
     pub solved: Option<Solved>,
     /// The pair solved alone, if the run has noted it.
     pub alone: Option<Alone>,
@@ -41,16 +41,16 @@ pub struct Step {
     pub running: Option<Deviation<f64>>,
     /// The running estimate after this pair.
     pub estimate: Option<Estimate>,
-    /// Knowledge of a vehicle after this pair, if the run has noted it.
+    /// Calibration in use and health after this pair, if the run has noted them.
     pub checked: Option<Checked>,
 }
 
 /// One pair solved alone, from the factory extrinsics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alone {
-    /// Its extrinsics; `None` if it is not solved, or not fused.
+    /// Its extrinsics; `None` if the pair is not solved, or not fused.
     pub extrinsics: Option<Extrinsics<f64>>,
-    /// Their error.
+    /// Error of the extrinsics; `None` without extrinsics or without a reference.
     pub error: Option<Deviation<f64>>,
 }
 
@@ -59,13 +59,13 @@ pub struct Alone {
 pub struct Solved {
     /// Its extrinsics.
     pub extrinsics: Extrinsics<f64>,
-    /// Their error; `None` without a reference.
+    /// Error of the extrinsics; `None` without a reference.
     pub error: Option<Deviation<f64>>,
-    /// Passes taken.
+    /// Number of passes over the batch.
     pub passes: u16,
     /// RMS row offset of the screened correspondences at the start, px.
     pub rms_px_before: f64,
-    /// The same at the solution, px.
+    /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: f64,
 }
 
@@ -103,8 +103,8 @@ impl Step {
         }
     }
 
-    /// Heading over the lines of [`Step`]'s `Display`. Px and passes refer to the run, the pair's errors to
-    /// [`Step::pair_error`].
+    /// Heading of the lines that `Display` writes. Row offsets and passes belong to the pair as solved in the run; the
+    /// errors of the pair are [`Step::pair_error`].
     pub const HEADING: &str = "matches  rows px before>after  passes   pair e_t  e_theta deg   \
                                running e_t  e_theta deg   verdict";
 }

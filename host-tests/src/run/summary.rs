@@ -18,8 +18,8 @@ use super::refused::{self, CountByReason, WitnessCounts};
 use crate::data::{Dataset, Match};
 use crate::stats::rms;
 
-/// Largest row offset under the final estimate of a match that counts in RMS row offsets, px: three Huber thresholds,
-/// as in the core.
+/// Largest row offset, px, under the final estimate, of a match that counts in RMS row offsets: three Huber thresholds
+/// of 1 px, as in the core for matches of little noise.
 pub const SCREEN_PX: f64 = 3.0;
 
 /// The stable fields of `--json`. Angles in rad; `null` before there is an estimate.
@@ -46,14 +46,14 @@ pub struct Summary {
     pub e_theta: Option<f64>,
     /// RMS error of the baseline direction over pairs solved alone, each from the factory extrinsics.
     pub sigma_t: Option<f64>,
-    /// RMS error of the rotation over the same pairs.
+    /// RMS error of the rotation over the same pairs as `sigma_t`.
     pub sigma_theta: Option<f64>,
-    /// Number of pairs with an estimate alone.
+    /// Number of pairs with an estimate when solved alone.
     pub sigma_pairs: usize,
-    /// RMS error of the baseline direction over the accepted pairs as solved in the run, in which the robust preset
-    /// tracks them from the running estimate.
+    /// RMS error of the baseline direction over the fused pairs as solved in the run. There the robust preset starts
+    /// them from the running estimate.
     pub tracked_t: Option<f64>,
-    /// RMS error of the rotation over the same pairs.
+    /// RMS error of the rotation over the same pairs as `tracked_t`.
     pub tracked_theta: Option<f64>,
     /// Fused rotation, row-major.
     #[serde(rename = "R")]
@@ -66,27 +66,29 @@ pub struct Summary {
     pub sd_translation: Option<f64>,
     /// RMS row offset of the factory extrinsics over the screened matches of all pairs, px.
     pub rms_px_before: Option<f64>,
-    /// The same for the fused extrinsics, px.
+    /// RMS row offset of the fused extrinsics over the same matches, px.
     pub rms_px_after: Option<f64>,
-    /// Number of pairs in the row offsets: all pairs, or every 2nd, 4th, .. of a long run that is not held.
+    /// Number of pairs that the row offsets cover: all pairs, or every 2nd, 4th, ... pair of a run too long to keep.
     pub rms_pairs: usize,
-    /// Shares of all matches within [`SCREEN_PX`] of their row, with the factory extrinsics and with
-    /// the fused ones. The RMS covers only matches that fit the latter.
+    /// Shares of all matches within [`SCREEN_PX`] of their row, with the factory extrinsics and with the fused ones.
+    /// The RMS values cover only the matches that are in row with the fused ones.
     #[serde(skip)]
     pub in_row: Option<[f64; 2]>,
     /// Error of depth, if true depths are known.
     pub depth: Option<DepthErrors>,
     /// Error of depth that the calibrator expects; `null` unless locked.
     pub depth_expected: Option<ExpectedDepth>,
-    /// Apparent yaw of the lens, rad: it offsets rows by `a x y`, and depth needs `R` without it.
+    /// Apparent yaw `a` of the lenses, rad: it offsets rows by `a x y`. `R` does not contain it, because depth needs
+    /// the yaw of the mount.
     pub lens_yaw: Option<f64>,
-    /// Standard deviation of `lens_yaw`.
+    /// Standard deviation of `lens_yaw`, rad.
     pub lens_yaw_sd: Option<f64>,
-    /// Standard deviation of the yaw in use, rad, with the lens uncertain: the error of depth is `Z^2 / b` times this.
+    /// Expected error of the yaw in use, rad, with the lens uncertain: the error of depth is `Z^2 / b` times this.
     pub yaw_sd: Option<f64>,
     /// Results of range readings and of tracked matches.
     pub witnesses: WitnessCounts,
-    /// Share of the matches in row that are behind infinity with the extrinsics in use: 1 px of disparity or more below 0.
+    /// Share of the matches in row that are behind infinity with the extrinsics in use: their disparity is -1 px or
+    /// less.
     pub behind_infinity: Option<f64>,
     /// Extrinsics in use after the last pair.
     pub in_use: Option<InUse>,
@@ -102,14 +104,15 @@ pub struct Summary {
     pub sd_rotation_lens: Option<f64>,
     /// `sd_translation` with the lens uncertain.
     pub sd_translation_lens: Option<f64>,
-    /// Lens errors that the pairs show.
+    /// Lens errors that the pairs show; `null` without a lens prior.
     pub lens: Option<Lens>,
     /// Correction of the cameras that `R` and `t` belong to; zero if the lens is as given.
     #[serde(serialize_with = "focal_and_k1")]
     pub correction: LensCorrection<f64>,
-    /// RMS motion of the rig's rotation about the estimate from pair to pair, each axis; 0 without detected vibration.
+    /// RMS deviation of the rig's rotation from the estimate, from pair to pair, each axis; 0 without detected
+    /// vibration.
     pub vibration_rotation: Option<f64>,
-    /// The same for the baseline direction.
+    /// RMS deviation of the baseline direction from the estimate; 0 without detected vibration.
     pub vibration_translation: Option<f64>,
 }
 
@@ -132,7 +135,7 @@ fn focal_and_k1<S: Serializer>(correction: &LensCorrection<f64>, to: S) -> Resul
 }
 
 impl RunLog {
-    /// The whole run.
+    /// The whole run in numbers.
     ///
     /// # Errors
     /// If the data set's cameras are not valid.
@@ -204,8 +207,8 @@ impl RunLog {
     }
 }
 
-/// Row offsets, px, of every correspondence of a data set under a calibration, pair by pair (`None`: no
-/// ray, or behind the rectified plane).
+/// Row offsets, px, of every correspondence of a data set under a calibration, pair by pair. `None` if a pixel has no
+/// ray, or its ray points behind the rectified camera.
 #[must_use]
 pub fn row_offsets_px(set: &Dataset, calibration: &Calibration<f64>) -> Vec<Vec<Option<f64>>> {
     let Calibration { cameras, extrinsics, .. } = calibration;
@@ -218,17 +221,17 @@ pub fn row_offsets_px(set: &Dataset, calibration: &Calibration<f64>) -> Vec<Vec<
     set.pairs.iter().map(of_pair).collect()
 }
 
-/// Row offsets before and after, and in use, over a whole data set.
+/// Row offsets over a whole data set: before (factory extrinsics), after (estimate), and with the calibration in use.
 #[derive(Debug, Clone, Copy)]
 struct RowOffsets {
-    /// RMS over the matches within [`SCREEN_PX`] after.
+    /// RMS before, after and in use, px, over the matches within [`SCREEN_PX`] of their row after.
     rms_px: [f64; 3],
-    /// Share of all matches within [`SCREEN_PX`], before and after.
+    /// Shares of all matches within [`SCREEN_PX`] of their row, before and after.
     in_row: [f64; 2],
 }
 
 impl RowOffsets {
-    /// `None` if no match is screened.
+    /// `None` if no match is within [`SCREEN_PX`] of its row after.
     ///
     /// * `calibrations`: before, after, in use.
     fn over(set: &Dataset, calibrations: &[Calibration<f64>; 3]) -> Result<Option<Self>> {

@@ -1,4 +1,4 @@
-//! Timeline of a rig that is knocked: errors of the extrinsics in use, and the state, over the pairs.
+//! Picture of a run whose rig is knocked: errors of the extrinsics in use, and state of the calibrator, over the pairs.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ const SIZE: Point = [1000.0, 440.0];
 const ROTATION: Rgb = SERIES[9].light;
 const TRANSLATION: Rgb = SERIES[0].light;
 
-/// Heights of the title, of a chart, and of the strip of the state, px; distance between them.
+/// Heights of the title, of a chart, and of the strip of states, and distance between charts, px.
 const HEAD: f64 = 36.0;
 const CHART: f64 = 140.0;
 const STRIP: f64 = 22.0;
@@ -24,7 +24,7 @@ const GAP: f64 = 14.0;
 const LEFT: f64 = 70.0;
 const RIGHT: f64 = 14.0;
 
-/// Sizes of the title and of other words, px.
+/// Font sizes of the title and of other words, px.
 const WORDS: [f64; 2] = [17.0, 12.0];
 
 /// The calibration after one pair.
@@ -32,15 +32,15 @@ const WORDS: [f64; 2] = [17.0, 12.0];
 pub struct TimelinePoint {
     /// Error of the extrinsics in use, rad.
     pub error: Deviation<f64>,
-    /// Standard deviation that the estimate reports, rad.
+    /// Standard deviation that the estimate reports, rad; `None` without an estimate.
     pub sd: Option<Deviation<f64>>,
     /// State of the calibrator.
     pub state: State,
 }
 
-/// Writes the picture as SVG; folders on the way are created, an older file is replaced.
+/// Writes the picture as SVG; missing folders are created, an older file is replaced.
 ///
-/// * `knock`: the pair before which the rig was turned, marked by a line.
+/// * `knock`: number of the first pair after the knock, from 0; a line marks it.
 ///
 /// # Errors
 /// If the file cannot be written.
@@ -68,7 +68,7 @@ fn count(points: &[TimelinePoint]) -> f64 {
     u32::try_from(points.len()).map_or(f64::NAN, f64::from)
 }
 
-/// Number of each pair, and what it has of a quantity.
+/// Number and value of each pair that has a value.
 fn values(
     points: &[TimelinePoint],
     of: impl Fn(&TimelinePoint) -> Option<f64>,
@@ -76,7 +76,9 @@ fn values(
     (0_u32..).map(f64::from).zip(points).filter_map(move |(i, point)| Some([i, of(point)?]))
 }
 
-/// Axes, grid and the line of the knock from a height downwards.
+/// Axes, grid, and the line of the knock.
+///
+/// * `top`, `height`: of the chart, px.
 fn chart<'a>(
     svg: &'a mut Svg,
     [top, height]: [f64; 2],
@@ -94,7 +96,7 @@ fn chart<'a>(
     plot
 }
 
-/// One of the two errors.
+/// The error of `R` or of `t`, and how it is drawn.
 struct Part {
     name: &'static str,
     color: Rgb,
@@ -136,7 +138,7 @@ fn draw_states(svg: &mut Svg, top: f64, pairs: &Axis, points: &[TimelinePoint], 
     let mut plot = chart(svg, [top, STRIP], axes, "", knock);
     let mut from = 0.0;
     for run in points.chunk_by(|a, b| a.state == b.state) {
-        // From the pair that brought the state to the one that ended it.
+        // A rectangle reaches from the first pair of a state to the first pair of the next state.
         let to = from + count(run);
         let color = color(run[0].state);
         let corners = [[from, 0.0], [to, 1.0]];
@@ -167,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn no_pair_and_one_pair_without_an_estimate_are_drawn_all_the_same() {
+    fn runs_without_pairs_or_without_an_estimate_are_drawn() {
         for points in [&[][..], &[point(State::Acquiring, None)]] {
             let svg = svg("nothing yet", points, 0);
             assert!(svg.contains("nothing yet") && !svg.contains("NaN"));
@@ -178,7 +180,7 @@ mod tests {
     fn each_change_of_state_begins_a_rectangle() {
         let states = [State::Acquiring, State::Locked, State::Locked, State::Suspect];
         let svg = svg("", &states.map(|state| point(state, Some(0.01))), 3);
-        // Besides the page, three borders, two shapes for each state and for each of the five keys with bars.
+        // The background, three borders, and two rectangles for each of three states and of five keys of the legend.
         assert_eq!(svg.matches("<rect").count(), 1 + 3 + 2 * 3 + 2 * 5);
     }
 }

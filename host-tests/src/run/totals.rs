@@ -1,4 +1,4 @@
-//! Sums over the pairs of a run, for pairs that are not kept.
+//! Sums over the pairs of a run, for a log that does not keep its pairs.
 
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
@@ -15,17 +15,17 @@ pub(super) struct Totals {
     pub(super) accepted: usize,
     /// Number of correspondences offered.
     pub(super) matches: usize,
-    /// Correspondences refused, by reason.
+    /// Number of correspondences refused, by reason.
     pub(super) refused: CountByReason,
-    /// Pairs not solved or not fused, by reason.
+    /// Number of pairs not solved or not fused, by reason.
     pub(super) rejected: CountByReason,
-    /// Results of the witnesses of the mount yaw.
+    /// Results of range readings and of tracked matches.
     pub(super) witnessed: WitnessCounts,
     /// Errors of the accepted pairs as solved in the run.
     pub(super) tracked: Squares,
     /// Errors of the pairs solved alone.
     pub(super) alone: Squares,
-    /// Pairs that have an estimate alone.
+    /// Number of pairs that have an estimate when solved alone.
     pub(super) alone_pairs: usize,
     /// First pair, from 0, after which the state was locked.
     pub(super) locked_at: Option<usize>,
@@ -79,7 +79,7 @@ impl Squares {
         self.sum.rotation += rotation * rotation;
     }
 
-    /// [`Deviation::root_mean_square`], bit for bit; `None` without deviations.
+    /// Root mean square, equal to [`Deviation::root_mean_square`] to the bit; `None` without deviations.
     pub(super) fn root_mean(&self) -> Option<Deviation<f64>> {
         let mean_root = |sum: f64| (sum / f64::from(self.count)).sqrt();
         let Deviation { translation, rotation } = self.sum;

@@ -23,20 +23,20 @@ const COLUMNS: [&str; 11] = [
     "sd_translation",
 ];
 
-/// Names of the proposed `R` and `t`, and of those in use.
+/// Letters of the columns of the proposed `R` and `t`, and of the `R` and `t` in use.
 const NAMES: [[char; 2]; 2] = [['r', 't'], ['u', 'v']];
 
-/// Names of the corrections of the right camera: for the proposed `R` and `t`, and for those in use.
+/// Names of the corrections of the right camera: of the estimate, and of the calibration in use.
 const CORRECTIONS: [&str; 4] = ["focal", "k1", "used_focal", "used_k1"];
 
 /// Names of the vibration of `R` and `t`, rad RMS.
 const VIBRATION: [&str; 2] = ["vibration_rotation", "vibration_translation"];
 
-/// Numbers of `R` and `t`.
+/// Count of numbers in `R` and `t`.
 const NUMBERS: usize = 12;
 
-/// Writes the trace; an older file is replaced. Angles in rad; unknown values are empty. If a lens was corrected, the
-/// corrections follow in each row; if the rig vibrates, the vibration follows.
+/// Writes the trace; an older file is replaced. Angles in rad; unknown values are empty. If the run corrected a lens,
+/// each row also has the corrections. If it detected vibration, each row also has the vibration.
 ///
 /// # Errors
 /// Names the file.
@@ -99,7 +99,7 @@ fn numbers(extrinsics: Option<&Extrinsics<f64>>) -> Vec<String> {
     extrinsics.rotation_row_major().iter().chain(t.iter()).map(f64::to_string).collect()
 }
 
-/// Corrections of the proposal and of the calibration in use; `None` without the proposal or calibration.
+/// Corrections of the estimate and of the calibration in use; `None` without an estimate or a calibration.
 fn both(step: &Step) -> [Option<LensCorrection<f64>>; 2] {
     [step.estimate.map(|estimate| estimate.correction), step.checked.map(|used| used.correction)]
 }

@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 pub enum Depth {
     /// Log-uniform from the nearest to the farthest, in baselines.
     LogUniform([f64; 2]),
-    /// A share of the points near, the others far; both log-uniform.
+    /// A share of the points is near, the others are far; both parts are log-uniform.
     Mixture {
         /// Nearest and farthest of the near points, in baselines.
         near: [f64; 2],
@@ -21,16 +21,18 @@ pub enum Depth {
     },
     /// All points on one plane, with normal `(slope, 1)` in the left camera frame.
     Plane {
-        /// Depth where the left optical axis meets it, in baselines.
+        /// Depth at which the left optical axis meets the plane, in baselines.
         on_axis: f64,
-        /// Tangents of its slant in x and y; 0 is fronto-parallel.
+        /// Tangents of the slant of the plane in x and y; 0 is fronto-parallel.
         slope: [f64; 2],
     },
 }
 
 impl Depth {
+    /// Checks the parameters.
+    ///
     /// # Errors
-    /// If a depth is out of range.
+    /// Names the parameter that is out of range.
     pub(crate) fn check(self) -> Result<()> {
         let check = |[near, far]: [f64; 2]| {
             ensure!(near > 0.0 && far >= near && far.is_finite(), "depth must be 0 < near <= far");
@@ -51,7 +53,7 @@ impl Depth {
         Ok(())
     }
 
-    /// The same with another range: a mixture changes its far points; a plane is replaced.
+    /// The depths in another range, in baselines: a mixture changes its far points, and a plane becomes log-uniform.
     #[must_use]
     pub fn within(self, range: [f64; 2]) -> Self {
         match self {
@@ -60,7 +62,7 @@ impl Depth {
         }
     }
 
-    /// The parts of a mixture, or the whole.
+    /// The near and the far part of a mixture, or the depth itself.
     pub(crate) fn parts(self) -> Vec<Self> {
         match self {
             Self::Mixture { near, far, .. } => vec![Self::LogUniform(near), Self::LogUniform(far)],
@@ -68,8 +70,8 @@ impl Depth {
         }
     }
 
-    /// The part of the next point. It is drawn before the test whether both cameras see the point, so the share holds
-    /// for visible points.
+    /// The part that the next point belongs to. It is drawn before the test whether both cameras see the point, so the
+    /// share of near points holds for visible points.
     pub(crate) fn part(self, rng: &mut ChaCha8Rng) -> Self {
         match self {
             Self::Mixture { near, share, far } => {
@@ -79,7 +81,7 @@ impl Depth {
         }
     }
 
-    /// The same with all depths multiplied.
+    /// The depths multiplied by a factor.
     pub(crate) fn times(self, factor: f64) -> Self {
         match self {
             Self::LogUniform(range) => Self::LogUniform(range.map(|z| z * factor)),
@@ -91,7 +93,9 @@ impl Depth {
         }
     }
 
-    /// Depth of a point on a ray of unit depth; `None` if the ray misses the plane.
+    /// Depth, in baselines, of a random point on a left ray; `None` if the ray misses the plane.
+    ///
+    /// * `ray`: at unit depth.
     pub(crate) fn along(self, ray: &Vector3<f64>, rng: &mut ChaCha8Rng) -> Option<f64> {
         match self {
             Self::Mixture { .. } => self.part(rng).along(ray, rng),

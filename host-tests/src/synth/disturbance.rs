@@ -11,25 +11,25 @@ use stereo_selfcal::Extrinsics;
 use super::rig::turned;
 use super::scene::{Scene, SynthPair};
 
-/// Stream of the generator; without disturbance, the points and the variation of a scene stay the same.
+/// Stream of the random numbers. Points and scenes have other streams, so a disturbance does not change them.
 const STREAM: u64 = 2;
 
 /// Disturbances of a scenario; all 0 by default.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Disturbance {
-    /// Turn of the right camera about each axis, new with every pair, degrees RMS.
+    /// Turn of the right camera about each axis, drawn anew for every pair, degrees RMS.
     pub vibration_deg: f64,
-    /// Turn of the vehicle between the two exposures, about one random axis of the run, from the middle of the run
-    /// on, degrees: its rate times the trigger skew.
+    /// Turn of the vehicle between the two exposures of each pair in the second half of the run, degrees: the rate of
+    /// turn times the trigger skew. The axis is random, and the same in the whole run.
     pub skew_deg: f64,
-    /// The same with an alternating sign from pair to pair, in the whole run, degrees.
+    /// Turn about the same axis with a sign that alternates from pair to pair, in the whole run, degrees.
     pub alternating_skew_deg: f64,
-    /// Shift of the right image's upper and lower border against the middle, along columns and along rows, new
-    /// with every pair, px RMS.
+    /// Shift of the lower border of the right image against its middle row, px RMS in u and in v, drawn anew for every
+    /// pair. The upper border shifts by as much in the opposite direction.
     pub rolling_px: f64,
 }
 
-/// Disturbances of one pair after the other.
+/// Draws the disturbance of one pair after the other.
 pub(super) struct Disturber {
     kind: Disturbance,
     pairs: usize,
@@ -62,7 +62,9 @@ impl Disturber {
         std::array::from_fn(|_| StandardNormal.sample(&mut self.rng))
     }
 
-    /// The disturbed rig of the pair of this number.
+    /// The disturbed rig of a pair.
+    ///
+    /// * `pair`: number of the pair, from 0.
     pub(super) fn rig(&mut self, pair: usize, rig: &Extrinsics<f64>) -> Result<Extrinsics<f64>> {
         if (Disturbance { rolling_px: 0.0, ..self.kind }).is_none() {
             return Ok(*rig);
@@ -74,7 +76,7 @@ impl Disturber {
         turned(rig, &(shake + self.axis * (late + sign * alternating_skew_deg)), 1.0)
     }
 
-    /// Shifts right pixels by their distance from the middle row.
+    /// Shifts right pixels in proportion to their distance from the middle row.
     pub(super) fn roll(&mut self, scene: &Scene, pair: &mut SynthPair) {
         let shift = self.normal::<2>().map(|n| n * self.kind.rolling_px);
         if self.kind.rolling_px == 0.0 {

@@ -11,22 +11,24 @@ use rand_chacha::ChaCha8Rng;
 pub struct Fence {
     /// Share of all matches, 0 to 1.
     pub share: f64,
-    /// Offset across the rows, the same for all, px.
+    /// Vertical offset of the right pixels, the same for all matches, px.
     pub across_px: f64,
-    /// Whether it covers only a part of the image: half of the width and two thirds of the height, at a new place
-    /// in each pair.
+    /// Whether the fence covers only a part of the image: half of the width and two thirds of the height, at a new
+    /// place in each pair.
     pub local: bool,
 }
 
-/// Place of a fence in one image: left and upper border, px.
+/// Place of a local fence in the left image: left and upper border, px. `None` covers the whole image.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Place(Option<[f64; 2]>);
 
-/// Part of the image that a local fence covers.
+/// Shares of the width and of the height that a local fence covers.
 const LOCAL: [f64; 2] = [0.5, 2.0 / 3.0];
 
-/// Width of a picket, and the largest number of pickets between true and found match.
+/// Distance between pickets, px.
 const PICKET_PX: f64 = 12.0;
+
+/// Largest number of pickets between the true and the found match.
 const PICKETS: i32 = 5;
 
 impl Fence {
@@ -36,13 +38,14 @@ impl Fence {
         Ok(())
     }
 
-    /// Place in the next pair.
+    /// Random place of the fence in the next pair.
     pub(super) fn place(&self, size: [u16; 2], rng: &mut ChaCha8Rng) -> Place {
         let mut border = |i: usize| rng.random_range(0.0..(1.0 - LOCAL[i]) * f64::from(size[i]));
         Place(self.local.then(|| [border(0), border(1)]))
     }
 
-    /// Pixels matched to another picket: some pickets off along the row, plus the offset across.
+    /// Pixels `ul vl ur vr` of a match to another picket: 1 to [`PICKETS`] pickets away along the row, and
+    /// [`Fence::across_px`] away across the row.
     pub(super) fn matched(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
         let pickets = rng.random_range(1..=PICKETS) * if rng.random() { 1 } else { -1 };
         [ul, vl, ur + f64::from(pickets) * PICKET_PX, vr + self.across_px]

@@ -14,7 +14,7 @@ use super::scene::Scene;
 /// Share of outliers.
 pub(super) const OUTLIERS: f64 = 0.3;
 
-/// Turn of the right camera in mid flight, degrees.
+/// Turn of the right camera by the knock in mid flight, degrees.
 pub(super) const KNOCK_DEG: f64 = 0.3;
 
 /// Turn of the right camera about each axis, new with every pair, degrees RMS.
@@ -23,19 +23,19 @@ pub(super) const VIBRATION_DEG: f64 = 0.005;
 /// Turn of the right camera by heat, from take-off to landing, degrees.
 const WARP_DEG: f64 = 0.05;
 
-/// Axis of that turn: the bar between the cameras bends and twists. Unit length.
+/// Axis of the turn by heat: the bar between the cameras bends and twists. Unit length.
 const WARP_AXIS: [f64; 3] = [0.48, 0.60, 0.64];
 
-/// All depths at the highest point over those on the ground.
+/// Ratio of all depths at the highest point to those on the ground.
 const CEILING: f64 = 10.0;
 
 /// One pair of a flight.
 pub(super) struct Part {
-    /// Number of the pair, and pairs of the flight.
+    /// Number of the pair, from 0, and number of pairs of the flight.
     pub(super) at: [usize; 2],
-    /// Turn by the knock so far, degrees.
+    /// Turn by the knock, degrees; 0 before it.
     pub(super) knock_deg: f64,
-    /// Vibration about each axis, degrees RMS.
+    /// Vibration of the right camera about each axis, degrees RMS.
     pub(super) vibration_deg: f64,
 }
 
@@ -55,7 +55,7 @@ impl Part {
         let flown = f64::from(u32::try_from(pair)?) / f64::from(u32::try_from(pairs)?);
         let warped = turned(&base.rig, &WARP_AXIS.into(), flown * WARP_DEG)?;
         let knocked = turned(&warped, axis, self.knock_deg)?;
-        // Drawn also at 0, so that the rest of the flight is the same without it.
+        // Drawn even if the vibration is 0, so that all other draws are the same without vibration.
         let shake: Vector3<f64> = Vector3::from_fn(|_, _| StandardNormal.sample(rng));
         let rig: Extrinsics<f64> = turned(&knocked, &shake, self.vibration_deg)?;
         let height = CEILING.powf((PI * flown).sin());

@@ -12,14 +12,15 @@ pub enum Grid {
     /// Anywhere.
     #[default]
     Continuous,
-    /// On multiples of so many px.
+    /// On multiples of this step, px.
     Pixels(f64),
-    /// On multiples of `1.2^level` px: whole pixels of an image pyramid. The level is 0 to 7, at
-    /// random for each match, the same in both images.
+    /// On multiples of `1.2^level` px: whole pixels of an image pyramid. The level, 0 to 7, is random for each match,
+    /// and the same in both images.
     Pyramid,
 }
 
-/// Steps of the pyramid's levels, px, as products, because `powi` gives other bits on other platforms.
+/// Steps of the pyramid's levels, px. They are computed as products, because the last bits of `powi` depend on the
+/// platform.
 pub(crate) const LEVELS: [f64; 8] = {
     let mut steps = [1.0; 8];
     let mut level = 1;
@@ -31,6 +32,8 @@ pub(crate) const LEVELS: [f64; 8] = {
 };
 
 impl Grid {
+    /// Checks the step.
+    ///
     /// # Errors
     /// If the step is out of range.
     pub(crate) fn check(self) -> Result<()> {

@@ -1,4 +1,4 @@
-//! Errors of the lenses: the true cameras less the ones that the calibrator is given.
+//! Errors of the lenses: the true cameras less the nominal ones, which the calibrator is given.
 
 use std::str::FromStr;
 
@@ -7,10 +7,10 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Stream of the generator for lens errors of the prior.
+/// Stream of the random numbers for lens errors drawn from the prior.
 const STREAM: u64 = 2;
 
-/// Steps of Newton's method from a pixel to its ray; after ten steps nothing changes.
+/// Steps of Newton's method from a pixel to its ray. Further steps change nothing.
 const STEPS: usize = 10;
 
 /// Error of one camera: true less nominal. The nominal camera has no distortion.
@@ -18,29 +18,30 @@ const STEPS: usize = 10;
 pub struct LensError {
     /// Error of the focal length, relative.
     pub focal: f64,
-    /// Further error of the vertical focal length, relative.
+    /// Additional error of the vertical focal length, relative.
     pub aspect: f64,
     /// Error of the principal point, px.
     pub centre: [f64; 2],
-    /// `k1 k2`, OpenCV's.
+    /// Radial coefficients `k1 k2` as in OpenCV.
     pub radial: [f64; 2],
-    /// `p1 p2`, OpenCV's.
+    /// Tangential coefficients `p1 p2` as in OpenCV.
     pub tangential: [f64; 2],
-    /// Rows are off by this times `x y`, which rows cannot tell from yaw.
+    /// Apparent yaw, rad: the row of the ray `(x, y)` is off by this times `x y`, at unit depth. Row offsets do not
+    /// separate this error from yaw.
     pub rows: f64,
 }
 
 /// Lens errors as the user gives them.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LensErrors {
-    /// Errors of the left and the right camera.
+    /// Given errors of the left and the right camera.
     pub given: [LensError; 2],
     /// Whether errors drawn from the prior are added, new for every seed.
     pub prior: bool,
 }
 
 impl LensError {
-    /// No error: its pixels equal those of the nominal pinhole, bit for bit.
+    /// No error.
     pub const NONE: Self = Self {
         focal: 0.0,
         aspect: 0.0,
@@ -60,6 +61,8 @@ impl LensError {
         rows: 0.0,
     };
 
+    /// Checks the ranges.
+    ///
     /// # Errors
     /// If a part is not finite, or so large that a pixel may have several rays.
     pub(crate) fn check(&self) -> Result<()> {
@@ -102,7 +105,7 @@ impl LensError {
         }
     }
 
-    /// Pixel of a ray.
+    /// Pixel at which the true camera sees a ray, px.
     ///
     /// * `focal`, `centre`: focal length and principal point of the nominal camera, px.
     /// * `ray`: at unit depth.
@@ -112,7 +115,7 @@ impl LensError {
         [cx + self.centre[0] + fx * x, cy + self.centre[1] + fy * y]
     }
 
-    /// Ray at unit depth of a pixel; the reverse of [`LensError::pixel`].
+    /// Ray at unit depth that the true camera sees at a pixel; the inverse of [`LensError::pixel`].
     pub(crate) fn ray(&self, focal: f64, [cx, cy]: [f64; 2], [u, v]: [f64; 2]) -> [f64; 2] {
         let [fx, fy] = self.focals(focal);
         let seen = [(u - cx - self.centre[0]) / fx, (v - cy - self.centre[1]) / fy];
@@ -127,12 +130,13 @@ impl LensError {
         ray
     }
 
+    /// True focal lengths, px: horizontal and vertical.
     fn focals(&self, focal: f64) -> [f64; 2] {
         let fx = focal * (1.0 + self.focal);
         [fx, fx * (1.0 + self.aspect)]
     }
 
-    /// The distorted ray, and its derivatives by the ray.
+    /// The distorted ray at unit depth, and its derivatives with respect to the ray.
     fn distorted(&self, [x, y]: [f64; 2]) -> ([f64; 2], [[f64; 2]; 2]) {
         let ([k1, k2], [p1, p2]) = (self.radial, self.tangential);
         let r2 = x * x + y * y;
@@ -149,7 +153,7 @@ impl LensError {
         (distorted, [[xx, across], [across + rows * y, yy + rows * x]])
     }
 
-    /// The part of that name.
+    /// The part with this name in a key.
     fn part(&mut self, name: &str) -> Option<&mut f64> {
         Some(match name {
             "f" => &mut self.focal,
@@ -185,7 +189,7 @@ impl LensErrors {
 impl FromStr for LensErrors {
     type Err = String;
 
-    /// `prior`, or `f_r=0.1%,k1_both=0.02`, or both.
+    /// Reads items separated by commas: `prior`, or a key and its value such as `f_r=0.1%` or `k1_both=0.02`.
     fn from_str(text: &str) -> Result<Self, String> {
         let mut errors = Self::default();
         for item in text.split(',').map(str::trim) {
@@ -228,7 +232,7 @@ mod tests {
     }
 
     #[test]
-    fn a_camera_of_the_core_with_the_true_lens_sees_the_same() {
+    fn a_camera_of_the_core_with_the_true_lens_sees_the_same_rays() {
         let LensError { radial: [k1, k2], tangential: [p1, p2], .. } = wrong();
         let lens = RadialTangential::try_new([k1, k2, p1, p2, 0.0]).unwrap();
         let focal = [FOCAL * 1.02, FOCAL * 1.02 * 0.99];

@@ -1,4 +1,4 @@
-//! Mistakes of a source of matches, which no calibration may be drawn from.
+//! Mistakes of a source of matches. The calibrator must not calibrate from such matches.
 
 use std::mem;
 

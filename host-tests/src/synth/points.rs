@@ -1,4 +1,4 @@
-//! Points of successive pairs: new, repeated, or landmarks with matching errors of their own.
+//! Points of successive pairs: new points, repeated points, or landmarks that keep their matching errors.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -6,13 +6,13 @@ use rand_distr::{Distribution, Normal};
 
 use super::scene::{Scene, SynthPair};
 
-/// Largest number of points drawn to find one that has just come into view.
+/// Largest number of points drawn in search of one that has just come into view.
 const TRIES: usize = 10_000;
 
 /// Relation of the points of a pair to those of the previous pair.
 #[derive(Debug, Clone)]
 pub(super) enum Points {
-    /// New points.
+    /// New points in every pair.
     New,
     /// The points of the first pair, with its outliers.
     Again(Option<SynthPair>),
@@ -20,14 +20,14 @@ pub(super) enum Points {
     Landmarks(Landmarks),
 }
 
-/// Landmarks that creep through the images until they leave them.
+/// Landmarks that creep through the images. A landmark that leaves them is replaced by a new one.
 #[derive(Debug, Clone)]
 pub(super) struct Landmarks {
-    /// Standard deviation of the matching error of each coordinate of a landmark, px; it stays.
+    /// Standard deviation of the matching error of each coordinate, px. A landmark keeps its error.
     pub(super) error_px: f64,
     /// Motion of each landmark in the left image from pair to pair, px, to the right.
     pub(super) creep_px: f64,
-    /// Pair from which all landmarks are new in every pair.
+    /// Number of the first pair from which on all landmarks are new in every pair.
     pub(super) new_from: usize,
     /// Landmarks in view.
     pub(super) seen: Vec<Landmark>,
@@ -40,7 +40,7 @@ pub(super) struct Landmark {
     clean: [f64; 4],
     /// Depth along the left optical axis, baselines.
     depth: f64,
-    /// Distance of the right pixel that is matched from the true one, px; `None` for a true match.
+    /// Offset from the true right pixel to the one that is matched, px; `None` for a true match.
     wrong: Option<[f64; 2]>,
     /// Matching error of each coordinate, px.
     error: [f64; 4],
@@ -66,6 +66,7 @@ impl Points {
 }
 
 impl Landmarks {
+    /// Moves the landmarks to the pair of this number, and replaces those that leave the images.
     fn advance(&mut self, at: usize, scene: &Scene, rng: &mut ChaCha8Rng) {
         if self.seen.is_empty() || at >= self.new_from {
             let new = |_| Landmark::new(scene, scene.seen_point(rng), self.error_px, rng);
@@ -84,7 +85,7 @@ impl Landmarks {
         }
     }
 
-    /// The landmarks in view, under new noise.
+    /// The matches of the landmarks in view, with new noise.
     fn pair(&self, scene: &Scene, rng: &mut ChaCha8Rng) -> SynthPair {
         let matched: Vec<[f64; 4]> = self.seen.iter().map(Landmark::matched).collect();
         let both = self.seen.iter().zip(&matched);
@@ -113,7 +114,7 @@ impl Landmark {
         Self { clean, depth, wrong, error, step: scene.grid.step(rng) }
     }
 
-    /// Noise-free pixels that are matched, with the landmark's own error.
+    /// Pixels `ul vl ur vr` that are matched, with the landmark's own error, without the noise of the pair.
     fn matched(&self) -> [f64; 4] {
         let [du, dv] = self.wrong.unwrap_or_default();
         let off = [0.0, 0.0, du, dv];
@@ -162,7 +163,7 @@ mod tests {
         let mean = |i: usize| mean(pairs[..40].iter().map(|(_, p)| p.matches[i].vl)).unwrap();
         let off = |i: usize| mean(i) - pair.clean[i][1];
         let rms = rms((0..256).map(off)).unwrap();
-        // The noise of 0.3 px, and the mean of 0.1 px over 40 pairs.
+        // The errors of the landmarks are 0.3 px RMS; the mean of 0.1 px of noise over 40 pairs adds little.
         assert!((0.26..0.34).contains(&rms), "{rms}");
         assert!((0..256).all(|i| (off(i) - seen[i].error[1]).abs() < 0.08));
         let wrong = pair.inlier.iter().filter(|inlier| !**inlier).count();
@@ -187,7 +188,7 @@ mod tests {
                 }
             }
         }
-        // 59 steps of 10 px of 1919, 256 landmarks; near ones have a shorter way.
+        // Each of the 59 steps moves 256 landmarks by 10 of 1919 px: 79 leave. Near ones have a shorter path.
         assert!((60..130).contains(&replaced), "{replaced}");
     }
 }

@@ -11,7 +11,7 @@ use stereo_selfcal::geometry::so3;
 /// * `baseline_deg`: turn of `t` about y and z, degrees.
 ///
 /// # Errors
-/// If the baseline lies along an optical axis.
+/// If a number is not finite, or the baseline lies along an optical axis.
 pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<f64>> {
     let exp = |degrees: Vector3<f64>| {
         so3::exp(&degrees.map(f64::to_radians)).ok_or_else(|| anyhow::anyhow!("not finite"))
@@ -22,10 +22,10 @@ pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<
     Ok(Extrinsics::try_new(r.matrix(), &t)?)
 }
 
-/// A rig 5 degrees off about all axes, with `t` 5 degrees off: the rig of the project's figures.
+/// The rig of the project's figures: `R` is turned by 5 degrees about each axis, and `t` by 5 degrees.
 ///
 /// # Panics
-/// Never: it is a rig.
+/// Never: the extrinsics are valid.
 #[must_use]
 pub fn five_degrees_off() -> Extrinsics<f64> {
     let turn = Vector3::repeat(5.0_f64.to_radians());

@@ -1,7 +1,7 @@
 //! Scenarios: scenes that vary from pair to pair, with the truth of each pair.
 //!
-//! Varying parameters are drawn from a stream of their own: two scenarios of one seed with equal scenes
-//! have the same points.
+//! Varying parameters and points are drawn from separate streams of random numbers. So two scenarios with the same seed
+//! and equal scenes have the same points.
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::Vector3;
@@ -27,16 +27,16 @@ use crate::data::{Dataset, Rig};
 pub struct Scenario {
     /// Quantities that vary over the pairs.
     pub kind: ScenarioKind,
-    /// Constant parameters. Varying `depth`, `matches` and `band` stay within the given ones; a plane as `depth` is
-    /// kept.
+    /// Constant parameters. `depth`, `matches` and `band` limit those that vary; a plane or a mixture as `depth` does
+    /// not vary.
     pub scene: Scene,
-    /// Pairs of a run.
+    /// Number of pairs of a run.
     pub pairs: usize,
     /// Turn of the right camera, degrees: in mid run for a step or a flight, with every pair for a drift.
     pub turn_deg: f64,
-    /// Axis of that turn, right camera frame; `None`: random, new for every seed.
+    /// Axis of `turn_deg`, right camera frame; `None`: random, new for every seed.
     pub axis: Option<[f64; 3]>,
-    /// Sensors that tell yaw from the lens.
+    /// Sensors that separate the yaw of the mount from that of the lenses.
     pub witnesses: Witnesses,
     /// A mistake in all matches.
     pub mistake: Option<Mistake>,
@@ -44,14 +44,15 @@ pub struct Scenario {
     pub commissioned: bool,
     /// Disturbances of a pair; the vibration of a flight is part of its motion.
     pub disturbance: Disturbance,
-    /// Turn of the rig about a random axis, new for every seed, in addition to that of the scene, degrees.
+    /// Turn of the right camera in addition to the rig of the scene, about a random axis that is new for every seed,
+    /// degrees.
     pub off_deg: f64,
     /// Whether lens errors drawn from the prior, new for every seed, are added to those of the scene.
     pub lens_prior: bool,
     /// Change of the right camera's focal length from the first pair to the last, relative; linear.
     pub lens_warming: f64,
-    /// Standard deviation of the matching error of each coordinate that a landmark keeps, px; for parked landmarks and
-    /// creeping. The noise of the scene is added, new in every pair.
+    /// Standard deviation of the matching error that a landmark keeps, of each coordinate, px; for parked landmarks and
+    /// creeping. In every pair the noise of the scene is added.
     pub landmark_px: f64,
     /// Motion of the landmarks through the images from pair to pair, px; for creeping.
     pub creep_px: f64,
@@ -67,24 +68,24 @@ pub struct ScenarioPair {
     pub steady: Extrinsics<f64>,
     /// Correspondences and their truth.
     pub pair: SynthPair,
-    /// Ranges and tracks.
+    /// Ranges and tracks after this pair.
     pub witnessed: Witnessed,
 }
 
 /// Fewest matches of a heterogeneous pair, if its scene has as many.
 const FEW_MATCHES: usize = 48;
 
-/// All depths at the top of a climb over those at its foot.
+/// Ratio of all depths at the top of a climb to those at its foot.
 const CEILING: f64 = 1000.0;
 
-/// Slant of a random plane, degrees.
+/// Least and largest slant of a random plane, degrees.
 const SLANT_DEG: [f64; 2] = [15.0, 60.0];
 
-/// Stream of the generator for varying parameters; the points are drawn from stream 0.
+/// Stream of the random numbers for varying parameters; the points are drawn from stream 0.
 const STREAM: u64 = 1;
 
 impl Scenario {
-    /// The scenario of that name.
+    /// The scenario of a kind with its default parameters.
     #[must_use]
     pub fn new(kind: ScenarioKind, pairs: usize) -> Self {
         Self {
@@ -108,13 +109,13 @@ impl Scenario {
         }
     }
 
-    /// The first pair after mid run: after the turn of a step, or the knock of a flight.
+    /// Number of the first pair after the turn of a step or the knock of a flight, which are in mid run.
     #[must_use]
     pub fn turned_from(&self) -> usize {
         self.pairs.div_ceil(2)
     }
 
-    /// The rig of each pair.
+    /// The rig of each pair, with its disturbance.
     ///
     /// # Errors
     /// As [`Scenario::frames`].
@@ -159,7 +160,7 @@ impl Scenario {
         Points::Landmarks(Landmarks { error_px, creep_px, new_from, seen: Vec::new() })
     }
 
-    /// Standard deviation of each coordinate of a true match, px: noise, and the constant error of its landmark.
+    /// Standard deviation of each coordinate of a true match, px: of the noise and of the constant error of a landmark.
     #[must_use]
     pub fn noise_px(&self) -> f64 {
         self.scene.noise_px.hypot(self.landmark_px)
@@ -189,13 +190,13 @@ impl Scenario {
         Ok(self.frames(seed)?.map(|frame| frame.witnessed).collect())
     }
 
-    /// Share of the run that lies behind a pair: 0 for the first, 1 for the last.
+    /// Share of the run before a pair: 0 for the first pair, 1 for the last.
     fn flown(&self, pair: usize) -> Result<f64> {
         let last = u32::try_from(self.pairs.saturating_sub(1).max(1))?;
         Ok(f64::from(u32::try_from(pair)?) / f64::from(last))
     }
 
-    /// Whether the rig differs from pair to pair.
+    /// Whether the rig moves, or a disturbance moves the views of a pair against each other.
     #[must_use]
     pub fn moves(&self) -> bool {
         self.kind.moves() || !self.disturbance.is_none()
@@ -289,7 +290,8 @@ fn climbed(base: &Scene, share: f64) -> Scene {
     Scene { depth: base.depth.times(CEILING.powf(share)), ..base.clone() }
 }
 
-/// Matches, depth range and band within those of a scene; half of the bands are centred.
+/// A scene whose number of matches, depth range and band are drawn within those of `base`. In half of the draws the
+/// band keeps its centre.
 fn heterogeneous(base: &Scene, rng: &mut ChaCha8Rng) -> Scene {
     let matches = rng.random_range(FEW_MATCHES.min(base.matches)..=base.matches);
     let depth = match base.depth {
@@ -304,7 +306,7 @@ fn heterogeneous(base: &Scene, rng: &mut ChaCha8Rng) -> Scene {
     Scene { matches, depth, band, band_centre: base.band_centre + shift, ..base.clone() }
 }
 
-/// A plane at a depth within the range.
+/// A plane at a random depth within a log-uniform range; other depths are kept.
 fn plane(depth: Depth, slope: [f64; 2], rng: &mut ChaCha8Rng) -> Depth {
     match depth {
         Depth::LogUniform(range) => Depth::Plane { on_axis: log_uniform(range, rng), slope },

@@ -1,9 +1,10 @@
 //! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
 //!
-//! The cameras are pinholes, or have lens errors that the calibrator does not know. Left points uniform in the image
-//! (or a vertical band), depth log-uniform (or a mixture of two, or of a plane), noise on all four coordinates, points
-//! that miss the right image drawn again. Half of the outliers are uniform in the right image, half within +-60 px (u)
-//! and +-20 px (v) of the truth. Coordinates are rounded to the matcher's grid last.
+//! The cameras are pinholes, or have lens errors that the calibrator does not know. Left points are uniform in the
+//! image, or in a band of its rows. Their depths are log-uniform, a mixture of two log-uniform ranges, or on a plane.
+//! Points that miss the right image are drawn again. Half of the outliers are uniform in the right image, half within
+//! +-60 px (u) and +-20 px (v) of the truth. All four coordinates get noise; then they are rounded to the matcher's
+//! grid.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
@@ -25,9 +26,9 @@ pub struct Scene {
     pub size: [u16; 2],
     /// Focal length of both cameras, px; the principal point is the middle of the image.
     pub focal: f64,
-    /// Errors of the left and the right camera: their true values less `focal` and `size`.
+    /// Errors of the left and the right camera: true camera less the nominal pinhole of `focal` and `size`.
     pub lens_errors: [LensError; 2],
-    /// Extrinsics: the truth.
+    /// True extrinsics.
     pub rig: Extrinsics<f64>,
     /// Standard deviation of the noise of each coordinate, px.
     pub noise_px: f64,
@@ -37,11 +38,11 @@ pub struct Scene {
     pub fence: Option<Fence>,
     /// Depth of the points.
     pub depth: Depth,
-    /// Height of the vertical band that left points come from, in image heights.
+    /// Height of the band of rows that left points come from, in image heights.
     pub band: f64,
-    /// Middle of that band, in image heights from the top; 0.5 is centred.
+    /// Middle of the band, in image heights from the top; 0.5 is centred.
     pub band_centre: f64,
-    /// Correspondences a pair.
+    /// Number of correspondences of a pair.
     pub matches: usize,
     /// Grid that the coordinates are rounded to, after the noise.
     pub grid: Grid,
@@ -66,7 +67,7 @@ impl Default for Scene {
     }
 }
 
-/// Points drawn to see whether the cameras share a view.
+/// Number of points drawn to check that the cameras share a view, and to find a point on a fence.
 const TRIES: usize = 10_000;
 
 /// One generated pair: correspondences, and which of them are true.
@@ -78,12 +79,13 @@ pub struct SynthPair {
     pub inlier: Vec<bool>,
     /// Noise-free pixels `ul vl ur vr` of the point of each correspondence.
     pub clean: Vec<[f64; 4]>,
-    /// Noise-free matched pixels: `clean`, or those of the outlier.
+    /// Pixels `ul vl ur vr` that are matched, before noise: `clean` of an inlier, other pixels of an outlier. The error
+    /// that a landmark keeps is included.
     pub matched: Vec<[f64; 4]>,
 }
 
 impl SynthPair {
-    /// Rays of all matches, at unit depth.
+    /// Rays of all matches in the true cameras, at unit depth.
     ///
     /// * `scene`: the scene of the pair.
     #[must_use]
@@ -113,7 +115,7 @@ impl Scene {
     /// Checks the ranges, and that the cameras share a view.
     ///
     /// # Errors
-    /// Names the parameter.
+    /// Names the parameter that is out of range.
     pub fn check(&self) -> Result<()> {
         self.depth.check()?;
         self.grid.check()?;
@@ -157,7 +159,7 @@ impl Scene {
         [ray(left, ul, vl), ray(right, ur, vr)]
     }
 
-    /// Pixel of a point in the right camera frame.
+    /// Right pixel of a point in the right camera frame.
     fn right_pixel(&self, p: &Vector3<f64>) -> [f64; 2] {
         let centre @ [cx, cy] = self.centre();
         let [_, error] = &self.lens_errors;
@@ -167,6 +169,7 @@ impl Scene {
         error.pixel(self.focal, centre, [p.x / p.z, p.y / p.z])
     }
 
+    /// Principal point of the nominal cameras, px.
     pub(super) fn centre(&self) -> [f64; 2] {
         self.size.map(|n| f64::from(n - 1) / 2.0)
     }
@@ -185,7 +188,7 @@ impl Scene {
                 (matched, self.observed(matched, step, rng))
             })
             .unzip();
-        // Drawn last, so that a scene without a fence has the same points.
+        // The fence is drawn last, so that all other points are the same without it.
         if let Some(fence) = &self.fence {
             let place = fence.place(self.size, rng);
             for i in 0..self.matches {
@@ -200,7 +203,7 @@ impl Scene {
         SynthPair { matches, inlier, clean, matched }
     }
 
-    /// Pixels of a point on a fence; of another point, if the cameras share too little of the fence.
+    /// Noise-free pixels of a point on the fence, or of any point if the cameras share too little of the fence.
     fn point_at(&self, place: &Place, rng: &mut ChaCha8Rng) -> [f64; 4] {
         let mut seen = self.seen_point(rng).0;
         for _ in 0..TRIES {
@@ -232,9 +235,9 @@ impl Scene {
         }
     }
 
-    /// Pixels of one point of the left view, if the right camera sees it too.
+    /// Noise-free pixels of one point of the left view, and its depth in baselines, if the right camera sees it too.
     ///
-    /// * `depth`: the part of the scene's depth for the point.
+    /// * `depth`: the part of the scene's depth that the point belongs to.
     fn point(&self, depth: Depth, rng: &mut ChaCha8Rng) -> Option<([f64; 4], f64)> {
         let [width, height] = self.size.map(f64::from);
         let middle = self.band_centre * (height - 1.0);
@@ -249,7 +252,7 @@ impl Scene {
     pub(super) fn point_of(&self, clean: &[f64; 4]) -> Vector3<f64> {
         let [left, right] = self.rays(*clean);
         let (turned, t) = (self.rig.rotation() * left, self.rig.translation());
-        // `right ~ depth R left + t`: its columns.
+        // Solves the u component of `right ~ depth R left + t` for the depth.
         left * ((t.x - right.x * t.z) / (right.x * turned.z - turned.x))
     }
 
@@ -272,7 +275,7 @@ impl Scene {
         (p_r.z > 0.0 && inside(ul, vl) && inside(ur, vr)).then_some([ul, vl, ur, vr])
     }
 
-    /// The same left point with a wrong right one.
+    /// Pixels of an outlier: the given left pixel, and a wrong right pixel.
     pub(super) fn outlier(&self, [ul, vl, ur, vr]: [f64; 4], rng: &mut ChaCha8Rng) -> [f64; 4] {
         let [width, height] = self.size.map(f64::from);
         if rng.random() {
@@ -314,7 +317,7 @@ mod tests {
         scene.pairs(11).next().unwrap()
     }
 
-    /// Depth in baselines of a noise-free point: `p_r z_r = R p_l z_l + t`, crossed with `p_r`.
+    /// Depth in baselines of a noise-free point: `p_r z_r = R p_l z_l + t`, multiplied by `p_r` (cross product).
     fn depth(scene: &Scene, pixels: [f64; 4]) -> f64 {
         let [p_l, p_r] = scene.rays(pixels);
         let known = p_r.cross(&scene.rig.translation().into_inner());

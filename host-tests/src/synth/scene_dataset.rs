@@ -6,7 +6,7 @@ use super::scene::Scene;
 use crate::data::{Dataset, LensModel, Meta, rows};
 
 impl Scene {
-    /// A data set of so many pairs.
+    /// A data set of the first `pairs` pairs.
     ///
     /// # Errors
     /// If a parameter is out of range.

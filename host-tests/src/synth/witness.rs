@@ -1,4 +1,5 @@
-//! Measurements of a vehicle beside the pairs that tell yaw from the lens: ranges, and its own motion.
+//! Measurements that a vehicle makes in addition to the pairs: ranges, and matches tracked over its motion. They
+//! separate the yaw of the mount from the apparent yaw of the lenses.
 
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
@@ -9,33 +10,34 @@ use stereo_selfcal::depth::{Range, RangeReading};
 use super::scene::{Scene, SynthPair};
 use crate::data::tracked::Track;
 
-/// Pairs from one measurement to the next.
+/// Number of pairs from one measurement to the next.
 const INTERVAL: usize = 10;
 
-/// Stream of the generator for the measurements: the pairs are the same without them.
+/// Stream of the random numbers for the measurements, so that the pairs are the same without them.
 const STREAM: u64 = 2;
 
-/// A laser rangefinder beside the left camera, boresighted to a point that the matcher sees. It reads every tenth pair.
+/// A laser rangefinder at the left camera, aimed at a point that the matcher sees. It gives a reading at every tenth
+/// pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Rangefinder {
     /// Length of the baseline, m.
     pub baseline_m: f64,
-    /// Standard deviation of a reading over its distance.
+    /// Standard deviation of a reading, relative to the reading.
     pub sd: f64,
-    /// Share of the readings that are of something nearer, such as a window.
+    /// Share of the readings that hit something nearer, such as a window, 0 to 1.
     pub nearer: f64,
 }
 
-/// Motion of the vehicle between two pairs, every tenth pair, with the matches tracked over them.
+/// Motion of the vehicle before every tenth pair, over which the matches are tracked.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
-    /// Way along the optical axis, in baselines.
+    /// Distance along the left optical axis, in baselines.
     pub travel: f64,
     /// Turn about the vertical axis, degrees.
     pub turn_deg: f64,
 }
 
-/// The witnesses of a scenario.
+/// The witnesses of a scenario: sensors whose measurements separate the yaw of the mount from that of the lenses.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Witnesses {
     /// Ranges.
@@ -44,7 +46,7 @@ pub struct Witnesses {
     pub motion: Option<Motion>,
 }
 
-/// Their measurements after one pair.
+/// Measurements of the witnesses after one pair.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Witnessed {
     /// Points of known distance.
@@ -66,6 +68,8 @@ impl Witnessing {
         Self { of, rng }
     }
 
+    /// The measurements after a pair.
+    ///
     /// * `at`: number of the pair, from 0.
     pub(super) fn after(&mut self, at: usize, scene: &Scene, pair: &SynthPair) -> Witnessed {
         if !at.is_multiple_of(INTERVAL) {
@@ -79,7 +83,7 @@ impl Witnessing {
 }
 
 impl Rangefinder {
-    /// Distance of the first true match, along its ray; `None` without one.
+    /// A reading of the distance to the first true match, along its ray; `None` without a true match.
     fn read(
         &self,
         scene: &Scene,
@@ -102,7 +106,7 @@ impl Rangefinder {
 }
 
 impl Motion {
-    /// The matches of a pair, with those of the same points before the vehicle moved.
+    /// Tracks: matches of the points before the vehicle moved, and the matches of the pair.
     fn track(&self, scene: &Scene, pair: &SynthPair, rng: &mut ChaCha8Rng) -> Vec<Track> {
         let turn = Rotation3::new(Vector3::y() * self.turn_deg.to_radians());
         let before = |clean: &[f64; 4]| {
@@ -128,7 +132,7 @@ mod tests {
     }
 
     #[test]
-    fn a_point_is_seen_where_it_was_found() {
+    fn a_point_projects_to_the_pixels_that_it_was_computed_from() {
         for frame in scenario(Witnesses::default()).frames(1).unwrap() {
             for clean in &frame.pair.clean {
                 let seen = frame.scene.seen_at(&frame.scene.point_of(clean)).unwrap();
@@ -139,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn every_tenth_pair_has_measurements_and_the_pairs_are_those_without_them() {
+    fn every_tenth_pair_has_measurements_and_they_leave_the_pairs_unchanged() {
         let rangefinder = Rangefinder { baseline_m: 0.12, sd: 0.01, nearer: 0.0 };
         let motion = Motion { travel: 4.0, turn_deg: 3.0 };
         let both = Witnesses { rangefinder: Some(rangefinder), motion: Some(motion) };

@@ -3,10 +3,10 @@
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Rates of the faults; shares of all frames, 0 to 1.
+/// Rates of the faults: probability for a frame, 0 to 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Faults {
-    /// One of: flipped bits, lost or inserted bytes, a missing end, an overwritten run.
+    /// Bits are flipped, bytes lost, inserted or overwritten, or the end is cut off.
     pub damaged: f64,
     /// The frame is not sent.
     pub dropped: f64,
@@ -34,7 +34,7 @@ pub enum Sent {
     Dropped,
 }
 
-/// A wire with faults; the same for the same seed.
+/// A wire with faults, which depend on the seed alone.
 #[derive(Debug, Clone)]
 pub struct FaultyWire {
     faults: Faults,
@@ -42,7 +42,7 @@ pub struct FaultyWire {
 }
 
 impl FaultyWire {
-    /// * `seed`: the same faults for the same seed.
+    /// * `seed`: of the random numbers.
     #[must_use]
     pub fn new(faults: Faults, seed: u64) -> Self {
         Self { faults, rng: ChaCha8Rng::seed_from_u64(seed) }
@@ -63,7 +63,7 @@ impl FaultyWire {
         }
         if self.rng.random_bool(self.faults.damaged) {
             let damaged = self.damage(frame.to_vec());
-            // Inserted bytes may equal the bytes after them.
+            // A frame may survive, for example if bytes are inserted before its first byte.
             let whole = damaged.windows(frame.len()).any(|part| part == frame);
             wire.extend(damaged);
             return if whole { Sent::Intact } else { Sent::Damaged };
@@ -115,7 +115,7 @@ impl FaultyWire {
     }
 }
 
-/// Length of a run; short runs are the most frequent.
+/// Random length of a run, 1 to `most`, log-uniform: short runs are the most frequent.
 fn run(rng: &mut ChaCha8Rng, most: usize) -> usize {
     let scale = rng.random_range(0.0..1.0_f64);
     #[expect(

@@ -6,13 +6,13 @@ use stereo_selfcal::link::{Encoder, FrameHeader, MatchRecord};
 
 use crate::data::{Dataset, Match};
 
-/// Pairs are sent at 20 Hz.
+/// Time between pairs, us: 20 Hz.
 const PERIOD_US: u64 = 50_000;
 
 /// Fraction bits of a frame: 1/256 px.
 const FRACTION_BITS: u8 = 8;
 
-/// A pyramid ratio of 1, and the largest.
+/// Pyramid ratios that are tried, in 1/64: from 1 to the largest that a header can carry.
 const RATIOS: std::ops::RangeInclusive<u8> = 64..=255;
 
 /// Turns pairs into frames.
@@ -22,7 +22,7 @@ pub struct Sender {
 }
 
 impl Sender {
-    /// A sender of images of a size, with matches on grid steps, px.
+    /// A sender for images of a size, px, and for matches on grids with these steps, px.
     ///
     /// # Errors
     /// If no pyramid of 16 levels has all these steps.
@@ -42,7 +42,7 @@ impl Sender {
             dropped_before: false,
             more_found: false,
         };
-        // The ratio whose levels are closest to the steps.
+        // Chooses the ratio whose worst error over all steps is least.
         let worst = |header: &FrameHeader| {
             let errors = steps.iter().map(|step| error_of(header, *step));
             errors.reduce(f64::max).unwrap_or(0.0)
@@ -62,14 +62,14 @@ impl Sender {
         Self::new([set.meta.width, set.meta.height], steps)
     }
 
-    /// A pair as one frame, and the number of its matches that no frame can carry: out of range, or beyond 65535.
+    /// A pair as one frame, and the number of its matches that the frame cannot carry: out of range, or beyond 65535.
     #[must_use]
     pub fn frame(&self, sequence: u32, pair: &[Match]) -> (Vec<u8>, usize) {
         let plain: Vec<(Match, u16)> = pair.iter().map(|m| (*m, 0)).collect();
         self.tracked_frame(sequence, &plain)
     }
 
-    /// As [`Sender::frame`], with the track of each match; 0 without one.
+    /// As [`Sender::frame`], with the number of each match's track; 0 without a track.
     #[must_use]
     pub fn tracked_frame(&self, sequence: u32, pair: &[(Match, u16)]) -> (Vec<u8>, usize) {
         let encode = |(m, track): &(Match, u16)| {
@@ -100,7 +100,7 @@ pub(super) fn seal(header: &FrameHeader, records: &[MatchRecord]) -> Vec<u8> {
     bytes
 }
 
-/// Relative error of a step on the wire; infinite if no level has it.
+/// Relative error of a grid step that is sent as its closest level; infinite if no level is close.
 fn error_of(header: &FrameHeader, step: f64) -> f64 {
     #[expect(clippy::cast_possible_truncation, reason = "the core's scalar")]
     let step = step as f32;
@@ -115,7 +115,7 @@ fn in_256ths(px: f64) -> u16 {
     (px * 256.0).round().clamp(0.0, 65_535.0) as u16
 }
 
-/// A match of continuous coordinates in the resolution of the wire, computed independently of the link.
+/// A match of continuous coordinates, rounded to the resolution of the wire. Computed independently of the link.
 #[must_use]
 pub fn quantised(m: &Match) -> Correspondence<f32> {
     let exact: Correspondence<f32> = m.correspondence();

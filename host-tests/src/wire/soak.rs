@@ -1,4 +1,5 @@
-//! Soak test of the link: millions of frames over a wire with faults. A frame is received as sent, or not at all.
+//! Soak test of the link: millions of frames over a wire with faults. Each frame must be received as sent, or not at
+//! all.
 
 use std::collections::VecDeque;
 
@@ -10,13 +11,13 @@ use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
 use super::faulty_wire::{Faults, FaultyWire, Sent};
 use super::sender::seal;
 
-/// Number of frames that are on the wire at once, which limits the reach of a piece of damage.
+/// Number of latest frames that the receiver may still hand out. An older frame that was not handed out counts as lost.
 const WINDOW: usize = 8;
 
-/// One decoder's share of a campaign.
+/// A soak test of one decoder; a campaign runs several.
 #[derive(Debug, Clone, Copy)]
 pub struct Soak {
-    /// Frames of the sender.
+    /// Number of frames to send.
     pub frames: u32,
     /// Rates of the faults.
     pub faults: Faults,
@@ -27,13 +28,13 @@ pub struct Soak {
 /// Frames counted by their fate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SoakCounts {
-    /// Frames sent, whole or not.
+    /// Frames of the sender, with the damaged and dropped ones.
     pub frames: u64,
     /// Bytes on the wire.
     pub bytes: u64,
-    /// Correspondences of the frames handed out.
+    /// Correspondences in the frames handed out.
     pub correspondences: u64,
-    /// Frames on the wire whole, and handed out.
+    /// Frames that were whole on the wire and were handed out.
     pub decoded: u64,
     /// Frames damaged on the wire.
     pub damaged: u64,
@@ -41,15 +42,15 @@ pub struct SoakCounts {
     pub dropped: u64,
     /// Frames sent twice.
     pub repeated: u64,
-    /// Frames handed out with other content than was sent under their number: must be 0.
+    /// Frames handed out with content that differs from the frame sent under their number: must be 0.
     pub wrong: u64,
     /// Frames handed out a second time: must be 0.
     pub twice: u64,
-    /// Frames whole on the wire right after a damaged or dropped one, and not handed out: must be 0.
+    /// Frames that were whole on the wire right after a damaged or dropped one, and were not handed out: must be 0.
     pub missed_next: u64,
-    /// Frames whole on the wire after a whole one, and not handed out: must be 0.
+    /// Frames that were whole on the wire right after a whole one, and were not handed out: must be 0.
     pub missed: u64,
-    /// Frames that lost their ends, but whose ends equal the first bytes of the next frames: handed out as sent.
+    /// Damaged frames that were handed out as sent: their ends were lost, but equal the bytes that follow.
     pub mended: u64,
 }
 
@@ -80,19 +81,21 @@ impl SoakCounts {
     }
 }
 
-/// A frame that may still be handed out.
+/// A frame of the sender, with its fate so far.
 struct Expected {
     sequence: u32,
     frame: Vec<u8>,
     sent: Sent,
+    /// Whether the frame before was whole on the wire.
     after_whole: bool,
+    /// Whether the receiver has handed it out.
     seen: bool,
 }
 
 impl Soak {
     /// Sends all frames.
     ///
-    /// * `each`: called after so many frames, with their number.
+    /// * `each`: called with the number of frames sent since its last call.
     #[must_use]
     pub fn run(&self, mut each: impl FnMut(u64)) -> SoakCounts {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
@@ -100,7 +103,7 @@ impl Soak {
         let mut receiver = Receiver::new();
         let mut on_wire = Vec::new();
         let mut whole = true;
-        // Any first number, because the numbers wrap around.
+        // Half of the runs start so close to the largest number that the numbers wrap around.
         let first = if rng.random() { rng.random() } else { u32::MAX - self.frames / 2 };
         for i in 0..self.frames {
             let sequence = first.wrapping_add(i);
@@ -109,7 +112,7 @@ impl Soak {
             let after_whole =
                 std::mem::replace(&mut whole, matches!(sent, Sent::Intact | Sent::Repeated));
             receiver.expect(Expected { sequence, frame, sent, after_whole, seen: false });
-            // The receiver cuts anywhere, also within the next frame.
+            // The receiver takes the bytes in pieces that may end within a frame.
             let kept = if rng.random_bool(0.3) { rng.random_range(0..=on_wire.len()) } else { 0 };
             let cut = on_wire.len() - kept;
             receiver.take(&on_wire[..cut], &mut rng);
@@ -124,7 +127,7 @@ impl Soak {
     }
 }
 
-/// The receiver, and the frames that it may hand out.
+/// The receiver, and the latest frames of the sender.
 struct Receiver {
     decoder: Decoder,
     matches: Vec<Correspondence<f32>>,
@@ -156,7 +159,7 @@ impl Receiver {
         }
     }
 
-    /// Removes the oldest frame, which can no longer be handed out.
+    /// Counts the oldest frame, which can no longer be handed out, and forgets it.
     fn settle(&mut self) {
         let Some(oldest) = self.expected.pop_front() else { return };
         let whole = matches!(oldest.sent, Sent::Intact | Sent::Repeated);
@@ -203,7 +206,7 @@ impl Receiver {
     }
 }
 
-/// A frame of any content; few matches are the most frequent.
+/// A frame of random content; frames with few matches are the most frequent.
 fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
     let most = [4, 16, 64, 512][rng.random_range(0..4)];
     let count = rng.random_range(0..=most);
@@ -227,7 +230,7 @@ fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Vec<u8> {
     seal(&header, &records)
 }
 
-/// Whether a frame equals the decoded one; computed independently of the decoder.
+/// Whether the bytes of a frame have the decoded number, time and matches. Computed independently of the decoder.
 #[expect(clippy::float_cmp, reason = "fixed point is exact")]
 fn is_content(frame: &[u8], header: &FrameHeader, matches: &[Correspondence<f32>]) -> bool {
     let records = frame[32..frame.len() - 4].chunks_exact(16);

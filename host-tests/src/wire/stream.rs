@@ -71,7 +71,7 @@ impl Frame {
     /// The matches as a pair of a rig, bit-identical to the matches that a calibrator gets from the link.
     ///
     /// # Errors
-    /// If the size of the frame's images differs.
+    /// If the size of the frame's images differs from that of the rig's left image.
     pub fn pair(&self, rig: &Meta) -> Result<Vec<Match>> {
         let [width, height] = self.header.image_size;
         ensure!(

@@ -1,7 +1,7 @@
-//! NOR flash that loses power at a chosen word, and loses bits.
+//! Simulated NOR flash that loses power at a chosen operation, and may have wrong bits.
 //!
-//! It panics if the store breaks the rules of NOR flash: words written twice, ranges not of whole words or blocks. An
-//! interrupted operation leaves undefined words, as the driver's contract allows.
+//! It panics if the code under test breaks the rules of NOR flash: if it writes a word twice, or uses ranges that are
+//! not whole words or blocks. An interrupted operation leaves undefined words, as the driver's contract allows.
 
 use core::cell::Cell;
 use std::rc::Rc;
@@ -17,11 +17,11 @@ use rand_chacha::ChaCha8Rng;
 pub enum Fault {
     /// Power is off.
     NoPower,
-    /// The bus does not work.
+    /// The bus does not work ([`Flash::is_deaf`]).
     Deaf,
-    /// The word was torn, and accepts no further write.
+    /// The word was torn, or is not erased, and accepts no write.
     Torn,
-    /// The word was torn, and its ECC does not fit.
+    /// The ECC of a word does not fit: the word was torn, or is erased and erased words cannot be read.
     Ecc,
     /// The block is worn out.
     Worn,
@@ -36,13 +36,13 @@ impl NorFlashError for Fault {
 /// Effect of a loss of power on a write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tear {
-    /// Words up to the cut, then one with some of its bits.
+    /// The words before the loss are written, the next one with some of its bits.
     Word,
-    /// Any of the words of the same call, each with some of its bits.
+    /// Every word of the call is written with some, none or all of its bits.
     Call,
-    /// Words up to the cut, then one that reads as erased although it is not.
+    /// The words before the loss are written; the next one reads as erased although it is not.
     Hidden,
-    /// As `Word`, but torn words cannot be read.
+    /// As [`Tear::Word`], but torn words cannot be read.
     Ecc,
 }
 
@@ -54,9 +54,9 @@ pub const TEARS: [Tear; 4] = [Tear::Word, Tear::Call, Tear::Hidden, Tear::Ecc];
 pub enum Blank {
     /// Ones.
     Ones,
-    /// Zeros: the content is kept inverted.
+    /// Zeros. The simulation stores the inverted content.
     Zeros,
-    /// They cannot be read, and a word that is not erased is not written.
+    /// Erased words cannot be read. A write to a word that is not erased fails.
     Unreadable,
 }
 
@@ -67,25 +67,26 @@ enum Word {
     Torn,
 }
 
-/// `W`: bytes of a word; `E`: bytes of an erase block.
+/// A simulated flash. `W` is the number of bytes of a word, `E` of an erase block.
 #[derive(Debug, Clone)]
 pub struct Flash<const W: usize, const E: usize> {
-    /// Its content.
+    /// Content; inverted for [`Blank::Zeros`].
     pub bytes: Vec<u8>,
     words: Vec<Word>,
-    /// Words and blocks until power is lost.
+    /// Number of words and blocks until power is lost, during the last of them; `None` if power lasts.
     pub power_for: Option<u32>,
-    /// Words written and blocks erased.
+    /// Number of writes of a word and erasures of a block that were begun.
     pub operations: u32,
     /// Number of erasures of each block.
     pub erased: Vec<u32>,
-    /// Block that accepts no further word, and whether it reports an error.
+    /// Block that accepts no further word, and whether a write to it reports an error.
     pub worn: Option<(usize, bool)>,
-    /// Nothing can be read.
+    /// Whether reads fail.
     pub is_deaf: Rc<Cell<bool>>,
-    /// One read in so many has a wrong bit.
+    /// One read in this number has a wrong bit.
     pub flaky: Option<u32>,
-    /// A byte that changes after so many reads, and its wrong bits. The store may write onto it without reading it.
+    /// Number of reads after which a byte changes, position of the byte, and its bits that change. Then a write to an
+    /// erased word that has changed is no mistake: the code under test need not have read it.
     pub rot: Option<(u32, usize, u8)>,
     /// Effect of a loss of power.
     pub tear: Tear,
@@ -96,7 +97,7 @@ pub struct Flash<const W: usize, const E: usize> {
 }
 
 impl<const W: usize, const E: usize> Flash<W, E> {
-    /// A flash that was never erased.
+    /// A flash with random content, as if it was never erased.
     #[must_use]
     pub fn new(blocks: usize, seed: u64) -> Self {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
@@ -131,7 +132,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         self.power_for = None;
     }
 
-    /// Whether power lasts for one more operation.
+    /// Counts an operation; returns whether power lasts to its end.
     fn operate(&mut self) -> bool {
         self.operations += 1;
         match &mut self.power_for {
@@ -148,7 +149,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         if self.power_for == Some(0) { Err(Fault::NoPower) } else { Ok(()) }
     }
 
-    /// Some of the bits, none, or all of them.
+    /// Writes some, none or all of the bits of a word.
     fn tear_word(&mut self, word: usize, content: &[u8]) {
         self.words[word] = Word::Torn;
         let hidden = self.tear == Tear::Hidden;
@@ -164,6 +165,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         }
     }
 
+    /// Erases a part of a block, and leaves its words torn.
     fn tear_block(&mut self, block: usize) {
         let many = match self.random.random_range(0..4_u8) {
             0 => 0,

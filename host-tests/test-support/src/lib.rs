@@ -7,7 +7,7 @@ pub mod wire;
 
 pub use program::{Ended, Program};
 
-/// Whether tests run at full length, for minutes: where the variable `CAMPAIGN` is set.
+/// Whether tests run at full length, for minutes: if the environment variable `CAMPAIGN` is set.
 #[must_use]
 pub fn is_campaign() -> bool {
     std::env::var_os("CAMPAIGN").is_some()

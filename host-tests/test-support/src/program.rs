@@ -30,23 +30,23 @@ impl Program {
         Self { command, input: Vec::new() }
     }
 
-    /// The same with bytes on standard input.
+    /// The call with these bytes on standard input.
     #[must_use]
     pub fn reading(self, input: impl Into<Vec<u8>>) -> Self {
         Self { input: input.into(), ..self }
     }
 
-    /// The same in another folder.
+    /// The call in this working folder.
     #[must_use]
     pub fn inside(mut self, folder: &std::path::Path) -> Self {
         self.command.current_dir(folder);
         self
     }
 
-    /// Runs it to its end.
+    /// Runs the program to its end.
     ///
     /// # Panics
-    /// If a signal ends it, or it does not write UTF-8.
+    /// If a signal ends the program, or its output is not UTF-8.
     #[must_use]
     pub fn ended(mut self) -> Ended {
         let output = self.output();
@@ -55,10 +55,10 @@ impl Program {
         Ended { out: text(output.stdout), err: text(output.stderr), status }
     }
 
-    /// Runs it to its end.
+    /// Runs the program to its end.
     ///
     /// # Panics
-    /// If it does not end with this exit status.
+    /// If the program ends with another exit status.
     #[must_use]
     #[track_caller]
     pub fn ends_with(self, status: i32) -> Ended {
@@ -71,17 +71,17 @@ impl Program {
     /// Standard output of a call that succeeds.
     ///
     /// # Panics
-    /// If it fails.
+    /// If the call fails.
     #[allow(clippy::must_use_candidate, reason = "a test may ask for the exit status alone")]
     #[track_caller]
     pub fn stdout(self) -> String {
         self.ends_with(0).out
     }
 
-    /// Standard error of a call that fails.
+    /// Standard error of a call that fails with this exit status.
     ///
     /// # Panics
-    /// If its exit status is another.
+    /// If the program ends with another exit status.
     #[must_use]
     #[track_caller]
     pub fn failure(self, status: i32) -> String {
@@ -93,8 +93,8 @@ impl Program {
         let mut child = self.command.spawn().expect("the program does not start");
         let mut stdin = child.stdin.take().expect("standard input is piped");
         let input = std::mem::take(&mut self.input);
-        // In a thread beside the reading of the output, because either pipe may fill. A program may end before it has
-        // read all input.
+        // A thread writes the input while this one reads the output, because either pipe may fill. A failed write is no
+        // error, because the program may end before it has read all input.
         let writer = std::thread::spawn(move || drop(stdin.write_all(&input)));
         let output = child.wait_with_output().expect("the program does not end");
         writer.join().expect("the writer panicked");

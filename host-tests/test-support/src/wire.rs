@@ -1,4 +1,4 @@
-//! A simulated wire: bytes that wait to be read, by SPI with a data-ready pin or by a UART.
+//! A simulated wire: the test sends bytes, and a driver reads them by SPI with a data-ready pin, or by a UART.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -8,7 +8,7 @@ use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
 use embedded_io::{Read, ReadReady};
 
-/// Byte that an idle bus reads.
+/// Byte that a read of an idle bus returns.
 const IDLE: u8 = 0xff;
 
 /// Most bytes in a read of the UART.
@@ -36,11 +36,11 @@ pub enum DataReady {
 pub enum Access {
     /// The data-ready pin was read.
     Pin,
-    /// A transaction with one read of so many bytes, or a read of the UART.
+    /// A read of this number of bytes: a transaction of the SPI, or a read of the UART.
     Read(usize),
 }
 
-/// The wire. Clones are ends of the same wire: of the sender, the bus and the data-ready pin.
+/// The wire. Clones are ends of the same wire, for the sender, the bus and the data-ready pin.
 #[derive(Debug, Clone, Default)]
 pub struct Wire(Rc<RefCell<State>>);
 
@@ -49,7 +49,7 @@ struct State {
     waiting: VecDeque<u8>,
     line: DataReady,
     accesses: VecDeque<Access>,
-    /// Number of reads before the one that fails.
+    /// Number of reads before the one that fails; `None` if no read fails.
     good_reads: Option<usize>,
     /// Whether a read beyond the waiting bytes is a fault of the driver.
     exact: bool,
@@ -73,12 +73,12 @@ impl Wire {
         self.0.borrow().waiting.len()
     }
 
-    /// Makes data-ready stick, or work again.
+    /// Sets the state of the data-ready line.
     pub fn set_ready(&self, line: DataReady) {
         self.0.borrow_mut().line = line;
     }
 
-    /// Makes one read fail after `reads` others. Its bytes are lost.
+    /// Makes one read fail after `reads` good ones. The bytes of the failed read are lost.
     pub fn fail_after(&self, reads: usize) {
         self.0.borrow_mut().good_reads = Some(reads);
     }

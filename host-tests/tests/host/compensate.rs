@@ -1,4 +1,4 @@
-//! Runs as on a vehicle, with the lens compensated: a wrong focal length is corrected, a right one stays.
+//! Runs as on a vehicle, with lens compensation: a wrong focal length is corrected, a correct one stays.
 
 use host_tests::data::in_f64;
 use host_tests::stats::quantile;
@@ -12,10 +12,10 @@ use stereo_selfcal::{
 const PAIRS: usize = 200;
 const SEEDS: std::ops::Range<u64> = 50_000..50_008;
 
-/// Largest error in deviations of a locked estimate.
+/// Largest ratio of the error of a locked estimate to its reported deviation.
 const MOST_SD: f64 = 5.0;
 
-/// Knowledge after one pair.
+/// Results after one pair.
 struct After {
     outcome: Outcome<f32>,
     proposal: Option<Proposal<f32>>,
@@ -34,7 +34,7 @@ fn scenario(errors: LensErrors) -> Scenario {
     scenario
 }
 
-/// The health is read and the estimate applied after every pair.
+/// Reads the health and applies the estimate after every pair.
 fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
     let config = Config::robust().with_lens_tracking(tracking);
     let cameras = scenario.scene.dataset(0, 0).unwrap().cameras().unwrap();
@@ -47,7 +47,7 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
         }
         let outcome = calibrator.solve_pair();
         let armed = calibrator.health().is_ok_and(|health| health.may_arm());
-        // An estimate that is not locked is not applied.
+        // `apply` refuses an estimate that is not locked.
         let _ = calibrator.apply();
         let proposal = calibrator.proposal();
         let error =
@@ -65,7 +65,7 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
     frames.map(take).collect()
 }
 
-/// Error over deviation with the lens uncertain, the worse of `R` and `t`.
+/// Error over reported deviation with the lens uncertain, the larger of those of `R` and `t`; 0 without an estimate.
 fn in_sd(after: &After) -> f64 {
     let (Some(proposal), Some(error)) = (&after.proposal, after.error) else { return 0.0 };
     let sd = proposal.sd_lens;
@@ -77,7 +77,7 @@ fn corrects(after: &After) -> bool {
 }
 
 #[test]
-fn a_right_camera_longer_by_a_thousandth_is_found_and_leaves_little_error() {
+fn a_right_focal_length_off_by_a_thousandth_is_found_and_leaves_little_error() {
     let scenario = scenario("f_r=0.1%".parse().unwrap());
     let mut e_t = Vec::new();
     for seed in SEEDS {
@@ -99,7 +99,7 @@ fn a_right_camera_longer_by_a_thousandth_is_found_and_leaves_little_error() {
 }
 
 #[test]
-fn a_right_lens_is_never_corrected_and_every_bit_equals_report() {
+fn a_correct_lens_is_never_corrected_and_every_bit_equals_a_run_that_only_reports() {
     let scenario = scenario(LensErrors::default());
     for seed in SEEDS {
         let compensating = drive(&scenario, LensTracking::Compensate, seed);

@@ -1,4 +1,5 @@
-//! Reported deviations and verdict on recorded pairs: halves of the pairs, and their order.
+//! Recorded pairs: reported deviations against the difference of two halves of the pairs, and the verdict for any order
+//! of the pairs.
 
 use host_tests::data::{Dataset, Match};
 use stereo_selfcal::geometry::metrics::Deviation;
@@ -8,7 +9,7 @@ fn set(name: &str) -> Dataset {
     Dataset::load(&Dataset::shipped().join(name)).unwrap()
 }
 
-/// Estimate over pairs of a set, and the verdict after the last one, without applying.
+/// Estimate from pairs of a set, and the verdict after the last pair. The estimate is never applied.
 fn over<'a>(
     set: &Dataset,
     pairs: impl Iterator<Item = &'a Vec<Match>>,
@@ -29,15 +30,15 @@ fn of_every_second(set: &Dataset, first: usize) -> Extrinsics<f64> {
 }
 
 #[test]
-fn deviations_are_those_that_two_halves_of_the_pairs_show() {
-    // Each half of n pairs has the variance 2 v, so their difference has 4 v.
+fn reported_deviations_match_the_difference_of_two_halves_of_the_pairs() {
+    // If the estimate from all pairs has the variance v, each half has 2 v, and their difference 4 v.
     let set = set("oak_sift");
     let [even, odd] = [0, 1].map(|first| of_every_second(&set, first));
     let shown = Deviation::between(&even, &odd).translation / 2.0;
     let (proposal, _) = over(&set, set.pairs.iter());
     let reported = f64::from(proposal.sd.translation);
     assert!(reported < 2.0 * shown && reported > shown / 2.0, "{reported} {shown}");
-    // The truth differs further, by an error of the lens.
+    // An error of the lens adds to the difference from the truth.
     let error = Deviation::between(&proposal.extrinsics, &set.truth().unwrap()).translation;
     assert!(error < 2.5 * proposal.sd_lens.translation, "{error} {:?}", proposal.sd_lens);
 }

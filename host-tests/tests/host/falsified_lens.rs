@@ -1,5 +1,5 @@
-//! Recorded matches with falsified lens models: the reported deviations cover the error, and compensation removes most
-//! of it.
+//! Recorded matches with falsified lens models: the reported deviations cover the error, and lens compensation removes
+//! most of the error.
 
 use host_tests::data::Dataset;
 use host_tests::run::{Apply, Capacity, Estimate, Feed, RunLog, Verdict, replay_pairs};
@@ -8,13 +8,14 @@ use stereo_selfcal::{Config, Extrinsics, Fused, LensTracking, State};
 
 const SETS: [&str; 2] = ["opencv_chess_corners", "opencv_chess_sift"];
 
-/// Largest error in deviations with the lens uncertain.
+/// Largest ratio of an error to its reported deviation, with the lens uncertain.
 const MOST_SD: f64 = 2.5;
 
-/// Largest relative error of a found falsification of 0.01.
+/// Largest relative error with which a falsification of 0.01 is found.
 const MOST_OFF: f64 = 0.15;
 
-/// The same for a smaller falsification, whose reported deviation is a fifth to a third of it.
+/// Largest relative error with which a smaller falsification is found. Its reported deviation is a fifth to a third of
+/// the falsification.
 const MOST_OFF_SMALL: f64 = 0.25;
 
 /// A falsification of the right camera: relative focal length, `k1`, principal column and row, px.
@@ -54,7 +55,8 @@ fn end(log: &RunLog) -> (Estimate, Deviation<f64>) {
     (last.estimate.unwrap(), last.running.unwrap())
 }
 
-/// No estimate arms beyond five deviations, and the error at the end is within its deviations.
+/// Asserts that no estimate with an error above five deviations is armed, and that the error at the end is within
+/// [`MOST_SD`] deviations.
 fn assert_covered(log: &RunLog, case: &str) {
     for step in log.steps() {
         let (Some(estimate), Some(error)) = (step.estimate, step.running) else { continue };
@@ -69,7 +71,7 @@ fn assert_covered(log: &RunLog, case: &str) {
 }
 
 #[test]
-fn errors_stay_within_the_deviations_with_the_lens_uncertain_and_nothing_is_armed_beyond_five() {
+fn errors_stay_within_the_deviations_with_the_lens_uncertain_and_none_beyond_five_is_armed() {
     for name in SETS {
         for falsified in cases() {
             let log = run(name, falsified, LensTracking::Report);
@@ -79,7 +81,7 @@ fn errors_stay_within_the_deviations_with_the_lens_uncertain_and_nothing_is_arme
 }
 
 #[test]
-fn a_compensated_lens_is_covered_too_and_an_uncompensated_one_runs_as_reported() {
+fn errors_with_compensation_are_covered_and_runs_without_a_correction_equal_those_that_report() {
     for name in SETS {
         for falsified in cases() {
             let case = format!("{name} {falsified:?}");
@@ -95,10 +97,10 @@ fn a_compensated_lens_is_covered_too_and_an_uncompensated_one_runs_as_reported()
     }
 }
 
-/// Every wrong focal length is corrected. A wrong `k1` is corrected only for `opencv_chess_sift`: elsewhere the
-/// correction would not halve the deviation of `t`.
+/// Every wrong focal length is corrected. A wrong `k1` is corrected only for `opencv_chess_sift`, because for the other
+/// set the correction would not halve the deviation of `t`.
 #[test]
-fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
+fn a_compensated_lens_is_found_and_leaves_the_error_of_the_correct_lens() {
     for name in SETS {
         let (right, of_right) = end(&run(name, Falsified::default(), LensTracking::Compensate));
         for falsified in cases() {
@@ -113,7 +115,7 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
             let corrected = Verdict::Accepted(Fused::LensCorrected);
             let pairs =
                 log.steps().iter().rev().take_while(|step| step.verdict != corrected).count();
-            // One case is corrected at the last pair: an estimate from one pair has the error of a pair.
+            // One case is corrected at the last pair, so its estimate has the error of a single pair.
             assert!(pairs > 1 || (name == SETS[1] && k1 > 0.0), "{case}");
             let most = if pairs > 1 {
                 of_right.translation + 2.0 * right.sd_lens.translation
@@ -122,7 +124,8 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_right_one() {
             };
             assert!(error.translation <= most, "{case}: {error:?}");
             let (found, true_ratio) = (estimate.correction, 1.0 / (1.0 + focal) - 1.0);
-            // SIFT matches show it late: sets with three pairs left neither lock nor find it to 15 %.
+            // With SIFT matches the correction may come so late that the remaining pairs neither lock the estimate nor
+            // find the falsification to 15 %.
             if estimate.state != State::Locked {
                 assert_eq!(name, SETS[1], "{case}");
                 continue;

@@ -1,5 +1,5 @@
-//! Replay of every shipped set, kept as text in `host-tests/golden`: a change of behaviour changes a table; its author
-//! commits it on purpose.
+//! Replay of every shipped set, kept as text in `host-tests/golden`. A change of behaviour changes a table, which must
+//! then be updated on purpose.
 //!
 //! Update: `UPDATE_EXPECT=1 cargo test -p host-tests golden`.
 

@@ -1,5 +1,5 @@
-//! A vehicle that stands still for 200 pairs, with constant matching errors of its landmarks, then drives on: repeated
-//! pairs count as one measurement, and do not refuse the estimate.
+//! A vehicle that stands still for 200 pairs, with constant matching errors of its landmarks, then drives on. Repeated
+//! pairs count as one measurement, and cast no doubt on the estimate.
 
 use host_tests::bounds::joint_fit;
 use host_tests::data::{Rays, in_f64};
@@ -21,7 +21,8 @@ fn scenario() -> Scenario {
     scenario
 }
 
-/// The health is read and the estimate applied after every pair. Once locked, both always succeed.
+/// Reads the health and applies the estimate after every pair. After the first estimate is applied, both always
+/// succeed.
 fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
     let cameras = frames[0].scene.dataset(0, 0).unwrap().cameras().unwrap();
     let mut calibrator = Calibrator::new(Config::robust(), &FactoryCalibration::guess(cameras));
@@ -57,7 +58,7 @@ fn a_parked_vehicle_stays_armed_and_its_repeated_errors_fade_once_it_drives() {
         let frames: Vec<ScenarioPair> = scenario.frames(seed).unwrap().collect();
         let calibrator = drive(seed, &frames);
         in_use.push(Deviation::between(&in_f64(&calibrator.in_use().extrinsics), truth));
-        // On the way every landmark is new, so its error is noise.
+        // While the vehicle drives, every landmark is new in every pair, so the matching errors are noise.
         let driven = frames[PARKED..].iter();
         let rays: Vec<Rays> = driven.flat_map(|f| f.pair.inlier_rays(&f.scene)).collect();
         fits.push(Deviation::between(&joint_fit(truth, &rays), truth));

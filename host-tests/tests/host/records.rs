@@ -12,12 +12,12 @@ use test_support::{is_campaign, runs};
 const RUNS: [u64; 2] = [6, 200];
 const FIRST_SEED: u64 = 60_000;
 
-/// Pairs before the restart, and after.
+/// Number of pairs before the restart, and after it.
 const BEFORE: usize = 60;
 const AFTER: usize = 10;
 
-/// Pairs after the restart at which estimates are compared, and the largest ratio of their errors: for a campaign, and
-/// for the few runs of a test.
+/// Number of pairs after the restart at which the estimates with and without a restart are compared, and the largest
+/// ratios of their RMS errors: in a campaign, and over the few runs of a test.
 const BOUNDS: [(usize, [f64; 2]); 3] = [(1, [1.05, 1.05]), (3, [1.02, 1.05]), (10, [1.01, 1.05])];
 
 /// Largest ratio for a rig that drifts. A restart forgets the windows of the change detection, and so follows the drift
@@ -43,14 +43,14 @@ type Rig = Box<Calibrator<f32, 512>>;
 
 /// Takes a pair; returns whether the calibrator is locked, and armed.
 fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
-    // A pixel beyond the range of the lens is refused.
+    // A pixel beyond the range of the lens is refused, and left out.
     let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
     let _ = calibrator.apply();
     let armed = calibrator.health().is_ok_and(|health| health.may_arm());
     [calibrator.state() == State::Locked, armed]
 }
 
-/// Errors of `t` and `R`, rad.
+/// Errors of `t` and `R`, rad; `None` without an estimate.
 fn error(calibrator: &Rig, truth: &Extrinsics<f64>) -> Option<[f64; 2]> {
     let found = calibrator.proposal()?.extrinsics;
     let found = Extrinsics::try_new(
@@ -61,14 +61,15 @@ fn error(calibrator: &Rig, truth: &Extrinsics<f64>) -> Option<[f64; 2]> {
     Some([translation, rotation])
 }
 
-/// One run, with a restart and without.
+/// One run, with a restart and without it.
 struct Run {
-    /// Pairs after the restart until locked and until armed: without a restart, and with one.
+    /// Number of pairs after the restart until locked and until armed: without a restart, and with one.
     until: [[usize; 2]; 2],
-    /// Squared errors at the pairs of [`BOUNDS`], without a restart and with one.
+    /// Squared errors of `t` and `R`, rad^2, at the pairs of [`BOUNDS`]: without a restart, and with one.
     squared: [[[f64; 2]; 2]; 3],
 }
 
+/// `None` if the run is not locked before the restart.
 fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
     let mut scenario = Scenario::new(kind, BEFORE + AFTER);
     scenario.scene.outliers = scenario.scene.outliers.max(0.1);
@@ -77,7 +78,6 @@ fn run(kind: ScenarioKind, config: Config, seed: u64) -> Option<Run> {
     let mut unbroken = new();
     let mut pairs = scenario.frames(seed).unwrap();
     let before = pairs.by_ref().take(BEFORE).map(|pair| take(&mut unbroken, &pair)).last()?;
-    // A run without an estimate has no state to restore.
     if !before[0] {
         return None;
     }

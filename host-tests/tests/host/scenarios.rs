@@ -1,4 +1,4 @@
-//! Properties of the scenarios; the truth of each pair is the reference of a moving rig.
+//! Properties of the scenarios. The reference of a moving rig is the truth of each pair.
 
 use clap::ValueEnum;
 use host_tests::data::{Dataset, TurnedView};
@@ -18,11 +18,11 @@ fn frames(kind: ScenarioKind, pairs: usize) -> Vec<ScenarioPair> {
     scenario.frames(7).unwrap().collect()
 }
 
-/// Inverse depths of the points of a frame and their left rays of unit depth.
+/// Inverse depths of the points of a frame, per baseline, and their left rays at unit depth.
 fn inverse_depths(ScenarioPair { scene, pair, .. }: &ScenarioPair) -> Vec<(f64, Vector3<f64>)> {
     let inverse = |&pixels: &[f64; 4]| {
         let [p_l, p_r] = scene.rays(pixels);
-        // p_r z_r = R p_l z_l + t, crossed with p_r.
+        // `p_r z_r = R p_l z_l + t`, multiplied by `p_r` (cross product).
         let turned = p_r.cross(&(scene.rig.rotation() * p_l));
         let known = p_r.cross(&scene.rig.translation().into_inner());
         (-known.dot(&turned) / known.norm_squared(), p_l)
@@ -30,7 +30,7 @@ fn inverse_depths(ScenarioPair { scene, pair, .. }: &ScenarioPair) -> Vec<(f64, 
     pair.clean.iter().map(inverse).collect()
 }
 
-/// Largest distance of the points from their common plane, in inverse depth, and its slope.
+/// Largest distance of the points from the plane fitted to them, in inverse depth, and the slope of the plane.
 fn fitted_plane(frame: &ScenarioPair) -> (f64, [f64; 2]) {
     let points = inverse_depths(frame);
     let normal: Matrix3<f64> = points.iter().map(|(_, p)| p * p.transpose()).sum();
@@ -41,7 +41,7 @@ fn fitted_plane(frame: &ScenarioPair) -> (f64, [f64; 2]) {
 }
 
 #[test]
-fn every_scenario_is_the_same_for_the_same_seed_and_another_for_another() {
+fn every_scenario_is_the_same_for_the_same_seed_and_differs_for_another_seed() {
     for &kind in ScenarioKind::value_variants() {
         let scenario = Scenario::new(kind, 4);
         let of = |seed| scenario.frames(seed).unwrap().collect::<Vec<ScenarioPair>>();
@@ -54,7 +54,7 @@ fn every_scenario_is_the_same_for_the_same_seed_and_another_for_another() {
 }
 
 #[test]
-fn near_is_the_scene_that_the_figures_are_of() {
+fn near_is_the_scene_of_the_figures() {
     let default = Scene::default();
     let frames = Scenario::new(ScenarioKind::Near, 3).frames(5).unwrap();
     for (ScenarioPair { scene, pair, .. }, expected) in frames.zip(default.pairs(5)) {
@@ -76,13 +76,13 @@ fn far_points_are_far() {
 }
 
 #[test]
-fn few_points_are_near_and_the_others_far_or_in_the_sky() {
+fn a_small_share_of_the_points_is_near_and_the_others_are_far_or_in_the_sky() {
     for (kind, share, far) in
         [(ScenarioKind::NearFew, 0.06, [300.0, 3000.0]), (ScenarioKind::Sky, 0.05, [1e5, 1e7])]
     {
         let inverses: Vec<f64> =
             frames(kind, 20).iter().flat_map(inverse_depths).map(|(inverse, _)| inverse).collect();
-        // 5120 points: 4 standard deviations of a share are below 0.014.
+        // For 5120 points, 4 standard deviations of the share are below 0.014.
         let count = |n: usize| f64::from(u32::try_from(n).unwrap());
         let near = inverses.iter().filter(|&&inverse| inverse > 1.0 / 80.001).count();
         let found = count(near) / count(inverses.len());
@@ -96,7 +96,7 @@ fn few_points_are_near_and_the_others_far_or_in_the_sky() {
 }
 
 #[test]
-fn a_climb_goes_a_thousand_times_as_far_and_a_descent_back() {
+fn a_climb_multiplies_depths_by_a_thousand_and_a_descent_reverses_it() {
     let ranges = |kind| -> Vec<[f64; 2]> {
         let range = |frame: &ScenarioPair| match frame.scene.depth {
             Depth::LogUniform(range) => range,
@@ -125,7 +125,7 @@ fn a_narrow_band_is_in_the_middle_rows() {
 }
 
 #[test]
-fn points_of_a_planar_pair_are_coplanar_and_the_plane_is_new_in_each() {
+fn points_of_a_planar_pair_are_coplanar_and_each_pair_has_a_new_plane() {
     let mut seen: Vec<[f64; 2]> = Vec::new();
     for frame in frames(ScenarioKind::Planar, 50) {
         let (off, [x, y]) = fitted_plane(&frame);
@@ -178,7 +178,7 @@ fn parked_pairs_show_the_same_points_and_outliers_under_new_noise() {
 }
 
 #[test]
-fn a_step_turns_the_rig_once_by_so_many_degrees() {
+fn a_step_turns_the_rig_once_in_mid_run() {
     for (pairs, still) in [(1, 1), (10, 5), (11, 6)] {
         let frames = frames(ScenarioKind::Step, pairs);
         for (i, frame) in frames.iter().enumerate() {
@@ -190,7 +190,7 @@ fn a_step_turns_the_rig_once_by_so_many_degrees() {
 }
 
 #[test]
-fn a_drift_turns_the_rig_by_as_much_with_every_pair() {
+fn a_drift_turns_the_rig_by_the_same_angle_with_every_pair() {
     let frames = frames(ScenarioKind::Drift, 20);
     for two in frames.windows(2) {
         let turn = two[1].scene.rig.rotation() * two[0].scene.rig.rotation().inverse();
@@ -228,7 +228,8 @@ fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
     assert!((far[0] - 80.0).abs() < 1e-9 && (far[50] - 800.0).abs() < 1e-9 && far[99] < 90.0);
 }
 
-/// Largest distance of the noise-free matches from their epipolar lines, by the rays given, rad.
+/// Largest epipolar residual `|p_r^T E p_l|` of the noise-free matches of a frame, with the cameras and the rig of
+/// `scene`.
 fn off_epipolar(frame: &ScenarioPair, scene: &Scene) -> f64 {
     let e = scene.rig.translation().cross_matrix() * scene.rig.rotation().matrix();
     let off = frame.pair.clean.iter().map(|&pixels| {
@@ -269,7 +270,7 @@ fn a_lens_warms_evenly_from_the_first_pair_to_the_last() {
 }
 
 #[test]
-fn a_pair_that_cannot_be_seen_is_named() {
+fn a_pair_without_a_common_view_is_named() {
     let away = Scenario { turn_deg: 15.0, ..Scenario::new(ScenarioKind::Drift, 30) };
     let error = format!("{:#}", away.frames(1).err().unwrap());
     assert!(error.contains("pair "), "{error}");
@@ -282,7 +283,7 @@ fn step() -> Dataset {
     scenario.dataset(3).unwrap()
 }
 
-/// Errors of `R` of the single pairs and of the running estimate, and the final one, rad.
+/// Errors of `R`, rad: of the single pairs, of the running estimate, and of the final estimate.
 fn errors(set: &Dataset) -> ([Vec<f64>; 2], f64) {
     let run = replay::<f64>(set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |_| {}).unwrap();
     let single = run.steps().iter().map(|step| step.solved.unwrap().error.unwrap().rotation);
@@ -297,7 +298,7 @@ fn pairs_and_estimate_are_compared_with_the_truth_of_their_time() {
     assert!(single.iter().all(|&e| e < 1e-4), "{single:?}");
     assert!(running[..3].iter().all(|&e| e < 1e-4) && running[3] > 0.01, "{running:?}");
     assert_eq!(last.to_bits(), running[5].to_bits());
-    // Against the last truth alone, the pairs before the step are wrong by its angle.
+    // Compared with the truth of the last pair, the pairs before the step are wrong by the angle of the step.
     let ([single, _], _) = errors(&Dataset { rigs: Vec::new(), ..set });
     assert!((single[0] - 2_f64.to_radians()).abs() < 1e-4 && single[5] < 1e-4, "{single:?}");
 }

@@ -1,5 +1,5 @@
-//! The robust preset on generated scenes with outliers: against the Cramer-Rao bound of the true
-//! inliers (one pair) and against the joint fit of all true inliers (fused). `f32`.
+//! The robust preset on generated scenes with outliers, in `f32`. Single pairs are compared with the Cramer-Rao bound
+//! of their true inliers, and fused estimates with the joint fit of all true inliers.
 
 use host_tests::bounds;
 use host_tests::data::{Rays, in_f64};
@@ -10,12 +10,12 @@ use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Config, FactoryCalibration, Rejection};
 use test_support::runs;
 
-/// Single pairs of a scene.
+/// Number of single pairs of a scene.
 fn trials() -> u16 {
     runs(400, 1000)
 }
 
-/// 5 degrees off about every axis, `t` 5 degrees off.
+/// A scene whose `R` is turned by 5 degrees about every axis, and whose `t` is turned by 5 degrees.
 fn scene(outliers: f64) -> Scene {
     let rig = rig([5.0, 5.0, 5.0], [3.5, 3.5]).unwrap();
     Scene { rig, outliers, ..Scene::default() }
@@ -33,11 +33,11 @@ fn push(calibrator: &mut Calibrator<f32, 256>, pair: &SynthPair) {
 }
 
 struct Single {
-    /// RMS error over RMS bound, of `t` and of `R`, over the trials that succeeded.
+    /// RMS error over RMS bound, of `t` and of `R`, of the successful trials.
     ratio: [f64; 2],
-    /// Share of the trials within four times the bound.
+    /// Share of successful trials: errors of `t` and `R` are below four times the bound.
     success: f64,
-    /// Mean squared error of `t` over its predicted variance.
+    /// Mean of the squared error of `t` over its predicted variance, of the successful trials.
     chi2_t: f64,
 }
 
@@ -87,13 +87,13 @@ fn a_single_pair_is_near_the_cramer_rao_bound_whatever_the_outliers() {
 }
 
 #[test]
-fn six_in_ten_outliers_from_5_degrees_off_are_survived() {
+fn pairs_with_six_in_ten_outliers_are_solved_from_5_degrees_off() {
     let single = single_pairs(&scene(0.6), 32);
     println!("success {:.3}", single.success);
     assert!(single.success >= 0.95);
 }
 
-/// Runs of a scenario, 5 degrees off.
+/// Runs of a scenario that start 5 degrees off.
 fn campaign(kind: ScenarioKind, outliers: f64, pairs: usize, trials: u64) -> Vec<Run> {
     let mut scenario = Scenario::new(kind, pairs);
     scenario.scene.outliers = outliers;
@@ -103,14 +103,14 @@ fn campaign(kind: ScenarioKind, outliers: f64, pairs: usize, trials: u64) -> Vec
 }
 
 #[test]
-fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers_and_claim_what_they_know() {
+fn fused_pairs_are_near_the_joint_fit_of_all_true_inliers_and_report_true_deviations() {
     for (kind, outliers) in [
         (ScenarioKind::Near, 0.5),
         (ScenarioKind::Far, 0.3),
         (ScenarioKind::Heterogeneous, 0.5),
         (ScenarioKind::Planar, 0.3),
     ] {
-        // The sampling error of a ratio is 0.04 over 40 runs, 0.015 over 200.
+        // The standard error of a ratio is 0.04 over 40 runs, and 0.015 over 200.
         let (trials, pairs, limit) = runs((40, 60, 1.25), (200, 100, 1.15));
         let runs = campaign(kind, outliers, pairs, trials);
         let fused = rms_deviation(runs.iter().filter_map(Run::last).map(|m| m.error));
@@ -141,7 +141,7 @@ fn a_knock_is_followed_in_three_pairs() {
     let runs = monte_carlo::runs::<f32>(&scenario, config, seeds, || ()).unwrap();
     let in_use =
         |pair: usize| rms_deviation(runs.iter().map(|run| run.pairs[pair].unwrap().in_use));
-    // The step is at pair 30; a fresh estimate has three pairs at pair 2.
+    // The step is at pair 30, so pairs 30 to 32 are after it. A fresh estimate has three pairs after pair 2.
     let fresh = rms_deviation(runs.iter().map(|run| run.pairs[2].unwrap().error));
     let after = in_use(32);
     println!("in use three pairs after the step: {after:?}, fresh after three {fresh:?}");
@@ -156,7 +156,7 @@ fn outliers_alone_never_lock() {
 }
 
 #[test]
-fn nothing_but_outliers_is_refused() {
+fn pairs_of_outliers_alone_are_refused() {
     let scene = scene(0.0);
     let mut calibrator = calibrator(&scene);
     let mut solved = 0;

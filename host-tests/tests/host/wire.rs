@@ -22,7 +22,7 @@ fn solve_and_fuse(controller: &mut Controller) {
     let _ = controller.apply();
 }
 
-/// The whole state of the calibrator.
+/// Snapshot of the calibrator's state.
 fn memory(controller: &Controller) -> Vec<u8> {
     controller.snapshot().to_vec()
 }
@@ -37,7 +37,7 @@ fn the_outcome_over_a_faulty_wire_matches_the_surviving_frames_bit_for_bit() {
         let mut wire = FaultyWire::new(one_in_a_hundred, seed);
         let (mut bytes, mut direct) = (Vec::new(), controller(&set));
         let mut survivors = 0;
-        // Three times, so that every run has faults.
+        // All pairs three times, for more faults.
         for (sequence, pair) in (0..).zip(set.pairs.iter().cycle().take(39)) {
             let (frame, left_out) = sender.frame(sequence, pair);
             assert_eq!(left_out, 0);
@@ -69,7 +69,7 @@ fn the_outcome_over_a_faulty_wire_matches_the_surviving_frames_bit_for_bit() {
 }
 
 #[test]
-fn a_recording_has_what_the_data_set_has_to_the_resolution_of_the_wire() {
+fn a_recording_equals_the_data_set_to_the_resolution_of_the_wire() {
     for name in Dataset::SHIPPED {
         let set = set(name);
         let sender = Sender::of(&set).unwrap();
@@ -92,7 +92,7 @@ fn a_recording_has_what_the_data_set_has_to_the_resolution_of_the_wire() {
     }
 }
 
-/// The grid steps in the header.
+/// The grid steps that the matches of a frame have after the link, px.
 fn steps_received(steps: &[f64]) -> Vec<f32> {
     let at = |&step: &f64| Match { ul: 100.0, vl: 90.0, ur: 80.0, vr: 90.0, score: 1.0, step };
     let pair: Vec<Match> = steps.iter().map(at).collect();
@@ -104,7 +104,7 @@ fn steps_received(steps: &[f64]) -> Vec<f32> {
 }
 
 #[test]
-fn a_grid_is_sent_as_it_is_and_no_grid_as_the_step_of_the_wire() {
+fn a_grid_keeps_its_step_and_continuous_coordinates_get_the_step_of_the_wire() {
     for step in [1.0_f32, 0.5, 0.25, 1.0 / 256.0, 40.0] {
         assert_eq!(steps_received(&[step.into(); 2]), [step; 2]);
     }
@@ -113,7 +113,7 @@ fn a_grid_is_sent_as_it_is_and_no_grid_as_the_step_of_the_wire() {
 }
 
 #[test]
-fn every_level_of_a_pyramid_has_its_grid_step_within_2_percent() {
+fn every_level_of_a_pyramid_keeps_its_grid_step_within_2_percent() {
     for (ratio, levels) in [(1.2_f64, 8), (2.0, 5), (1.5, 3)] {
         let steps: Vec<f64> = (0..levels).rev().map(|level| ratio.powi(level)).collect();
         let received = steps_received(&steps);

@@ -17,8 +17,8 @@ impl<T: Scalar> Moments<T> {
     /// once. The sums and coordinates of a tile fit into the 32 registers of a controller; larger tiles would be moved
     /// between registers.
     ///
-    /// * `rows`: weight and coordinates `k` of each correspondence. The weight is the inverse variance of the
-    ///   constraint at the depths of the coordinates.
+    /// * `rows`: weight and coordinates `k` of each correspondence. The weight is `w f^2 / V`, dimensionless: the
+    ///   weight from the loss, 1/px^2, over the variance of the constraint for coordinates with a variance of 1 px^2.
     pub(crate) fn add_rows<'r>(
         &mut self,
         rows: impl Iterator<Item = (T, &'r [T; COORDINATES])> + Clone,

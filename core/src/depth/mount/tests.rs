@@ -6,25 +6,25 @@ const LENS: f64 = 0.005;
 const KNOCK: f64 = 0.0175;
 const NOISE: f64 = 2e-3;
 
-/// Returns the rows over `pairs` pairs, of which the last `knocked` pairs follow a knock: the mean of sums that did not
-/// detect it.
+/// Returns the yaw that the rows show over `pairs` pairs, of which the last `knocked` pairs follow a knock. It is the
+/// mean over the pairs, because nothing has detected the knock.
 fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
     let [all, part] = [pairs, knocked].map(f64::from);
     RowsYaw { turn: LENS + KNOCK * part / all, variance: NOISE * NOISE / all }
 }
 
 #[test]
-fn a_knock_that_is_in_the_sums_before_it_is_detected_is_the_mounts() {
+fn a_knock_that_is_in_the_sums_before_its_detection_counts_as_a_turn_of_the_mount() {
     let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
     let context = Context::new(&config, &factory, 1400.0);
-    // The factory extrinsics take the rest of the turn.
+    // The estimate attributes the rest of the turn to the mount.
     let share = MountYaw::CALIBRATED.with_rows(&rows(40, 0), &context).lens();
     assert!((share - LENS).abs() < 4e-4, "{share}");
     for late in [3, 8, 15, 20] {
         let mut mount = MountYaw::CALIBRATED;
         (1..40).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
         (1..=late).for_each(|n| mount.note(|| Some(rows(40 + n, n)), &context));
-        // Before the detection, too, a turn of the rows beyond chance belongs to the mount.
+        // Even before the detection, a turn of the rows beyond chance counts as a turn of the mount.
         let before = mount.with_rows(&rows(40 + late, late), &context);
         assert!((before.lens() - LENS).abs() < 1e-3, "{late}: {before:?}");
         mount.change(&rows(40 + late, late), &context);
@@ -35,7 +35,7 @@ fn a_knock_that_is_in_the_sums_before_it_is_detected_is_the_mounts() {
 }
 
 #[test]
-fn measurements_of_a_mount_that_has_turned_since_support_nothing() {
+fn witness_measurements_from_before_a_turn_of_the_mount_support_no_yaw_after_it() {
     let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
     let context = Context::new(&config, &factory, 1400.0);
     let before = rows(20, 0);
@@ -79,7 +79,7 @@ fn after_a_restart_a_confirmed_yaw_needs_three_contradictions_and_an_unconfirmed
 }
 
 #[test]
-fn rows_within_chance_of_the_earlier_ones_turn_nothing() {
+fn rows_within_chance_of_the_earlier_rows_do_not_turn_the_mount() {
     let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
     let context = Context::new(&config, &factory, 1400.0);
     let mut mount = MountYaw::CALIBRATED;

@@ -22,8 +22,8 @@ fn add(
     [no_long, no_short].map(|detector| detector.has_changed(hypothesis, &context))
 }
 
-/// Returns the number of pairs until the short window and the long window reject a rig that turns by `rate` rad per
-/// pair after the 60th pair.
+/// Returns the numbers of pairs after which the short window and the long window reject a rig that turns about x by
+/// `rate` rad per pair after the 60th pair. `None` for a window that does not reject it.
 fn pairs_until_rejected(rate: f64, seed: u64, pairs: u32) -> [Option<u32>; 2] {
     let mut hypothesis = fused(&[evaluated_at(&truth(), seed)], 1, &context());
     let mut detector = ChangeDetector::NEW;
@@ -40,14 +40,14 @@ fn pairs_until_rejected(rate: f64, seed: u64, pairs: u32) -> [Option<u32>; 2] {
 }
 
 #[test]
-fn a_drift_of_a_fiftieth_of_a_second_of_arc_a_pair_is_seen_by_the_window_of_fifty() {
+fn only_the_long_window_detects_a_drift_of_a_fiftieth_of_an_arcsecond_per_pair() {
     let [short, long] = pairs_until_rejected(1e-7, 2000, 300);
     assert!(short.is_none() && long.is_some(), "{short:?} {long:?}");
     assert_eq!(pairs_until_rejected(0.0, 2000, 300), [None; 2]);
 }
 
 #[test]
-fn a_faster_drift_is_seen_by_the_window_of_ten() {
+fn the_short_window_detects_a_faster_drift_before_the_long_window() {
     let [short, long] = pairs_until_rejected(3e-6, 1000, 100);
     assert!(short.is_some_and(|short| long.is_none_or(|long| short < long)), "{short:?} {long:?}");
 }
@@ -71,7 +71,7 @@ fn a_window_rejects_beyond_its_limit_times_the_reduced_chi_square() {
 }
 
 #[test]
-fn a_restart_keeps_that_the_sums_hold_pairs_from_before_a_change() {
+fn a_restart_of_the_windows_keeps_the_mark_of_sums_with_pairs_from_before_a_change() {
     let context = context();
     let mut hypothesis = fused(&[evaluated_at(&truth(), 0)], 1, &context);
     let settles_after = |is_mixed: bool, hypothesis: &mut Hypothesis<f64>| {

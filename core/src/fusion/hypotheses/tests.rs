@@ -1,4 +1,4 @@
-//! Conditions under which a challenger does not replace the champion.
+//! Tests of the promotion of a challenger, of the gates, and of the renewal of a champion.
 
 use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, truth};
 use super::*;
@@ -63,7 +63,7 @@ fn a_pair_without_a_clear_peak_supports_no_challenger() {
     let alone = hypotheses(None, &fused(&pairs(0.0, 0..4), 1, &context));
     let mut pair = evaluated::<f64>(9);
     assert!(alone.gate_of_challenger(&pair, &context));
-    // With 9 residuals within 2 units and 6 from 2 to 4, the peak does not exceed chance.
+    // With 9 residuals within 2 units of the loss and 6 from 2 to 4 units, the peak does not exceed chance.
     pair.stats.within = [9.0, 12.0, 15.0];
     assert!(!pair.has_clear_peak() && pair.has_peak());
     assert!(!alone.gate_of_challenger(&pair, &context));
@@ -85,7 +85,7 @@ fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
 }
 
 #[test]
-fn the_change_detector_restarts_when_turns_begin_and_when_they_cease() {
+fn the_change_detector_restarts_when_a_vibration_begins_and_when_it_ceases() {
     let rigid = context::<f64>();
     let turning = rigid.vibrating(BlockVariances { rotation: 4e-6, baseline: 4e-6 });
     let hypothesis = fused(&pairs(0.0, 0..20), 1, &rigid);

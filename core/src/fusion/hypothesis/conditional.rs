@@ -12,7 +12,8 @@ use crate::scalar::Scalar;
 use crate::thresholds::OPTIMUM_STEPS;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills the normal equations of the lens at the pose, for a rig at rest. Returns the equations of the extrinsics.
+    /// Fills the normal equations of the lens at the pose, without the vibration of single pairs. Returns the equations
+    /// of the extrinsics.
     #[inline(never)]
     pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
         let pose = &self.pose_at_rest(&self.pose).unwrap_or(self.pose);
@@ -27,7 +28,8 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Returns the extrinsics with the baseline in use and the optimal `R` for it, for a doubtful estimate of the
     /// baseline. `None` if there is no optimum, if the optimum fits clearly worse than the extrinsics in use, or if it
-    /// is beyond the limit for extrinsics in use, because the descent has left the range of its linearisation.
+    /// is beyond the limit for extrinsics in use. The last two happen if the descent leaves the range of its
+    /// linearisation.
     #[inline(never)]
     pub(crate) fn with_baseline_of(
         &self,

@@ -9,8 +9,8 @@ use crate::thresholds::MAX_LOCKED_SD_RAD;
 
 impl<T: Scalar> Hypothesis<T> {
     /// Returns the covariance for the comparison with a pair, rad^2. It is widened along the drift. If the image halves
-    /// disagree, it is widened in all directions, because a pair with other weights of the regions may differ in any
-    /// direction.
+    /// disagree, it is widened in all directions, because a pair that weights the image regions differently may differ
+    /// in any direction.
     #[inline(never)]
     pub(super) fn covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         Some(self.with_motion(
@@ -24,15 +24,16 @@ impl<T: Scalar> Hypothesis<T> {
         let mut covariance = *covariance;
         covariance.add_outer_out_of_line(T::ONE, &self.drift.into());
         if self.is_rigid() {
-            // The pairs were weighted without the vibration, so the mean over the pairs still contains an average of
-            // the vibration.
+            // The pairs were weighted as for a rigid rig, so the covariance does not contain the variance of their mean
+            // vibration.
             let pairs = self.pairs.clamp(1, context.config.memory_pairs.max(1));
             context.vibration.scaled(T::ONE / T::count(pairs)).add_to(&mut covariance);
         }
         covariance
     }
 
-    /// Returns the covariance of the estimate due to noise alone, rad^2, without biases such as those of a lens.
+    /// Returns the covariance of the estimate due to noise alone, rad^2: the inverse of the information of pairs and
+    /// prior.
     pub(in crate::fusion) fn covariance_of_noise(
         &self,
         context: &Context<'_, T>,
@@ -43,7 +44,7 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Returns the covariance for the report, rad^2. It includes the scatter of the pairs, and the bias that the image
-    /// halves show, which is the same in all pairs and so does not appear in their scatter.
+    /// halves show. This bias is the same in all pairs, so their scatter does not show it.
     #[inline(never)]
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let noise = self.covariance_of_noise(context)?;

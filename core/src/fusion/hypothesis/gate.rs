@@ -8,8 +8,8 @@ use crate::thresholds::{MAX_NIS, MIN_INLIER_RATIO, VIBRATION_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
     /// Returns the NIS of a pair: the squared Mahalanobis distance of its optimum from the estimate, with the sum of
-    /// both covariances and the vibration. Without vibration the NIS is chi-square distributed with 5 degrees of
-    /// freedom.
+    /// both covariances and the vibration. For a rigid rig, the NIS without the allowance [`VIBRATION_RAD`] is
+    /// chi-square distributed with 5 degrees of freedom; the allowance lowers it.
     #[inline(never)]
     pub(in crate::fusion) fn innovation(
         &self,

@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 use crate::thresholds::MAX_NOISE_PX;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills a prior with the estimate, without its pairs. `None` if the sums have no solution.
+    /// Fills a prior with the estimate. `None` if the sums have no solution.
     #[inline(never)]
     pub(in crate::fusion) fn fill_prior(
         &self,
@@ -31,7 +31,7 @@ impl<T: Scalar> Hypothesis<T> {
         Some(())
     }
 
-    /// Fills equations and response as for a rigid rig.
+    /// Fills the equations, and the response to the lens, from the sums as for a rigid rig.
     #[inline(never)]
     fn fill_equations(
         &self,

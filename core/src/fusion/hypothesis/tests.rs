@@ -32,8 +32,7 @@ pub(in crate::fusion) fn evaluated<T: Scalar>(seed: u64) -> EvaluatedPose<T> {
     evaluated_at(&truth(), seed)
 }
 
-/// Returns the evaluation at its optimum of a pair with 128 points, 3 to 80 baselines away, and uniform noise of +-0.5
-/// px.
+/// Returns a pair with 128 points, 3 to 80 baselines away, and uniform noise of +-0.5 px, evaluated at its optimum.
 pub(in crate::fusion) fn evaluated_at<T: Scalar>(
     truth: &RectifyingRotations<f64>,
     seed: u64,
@@ -86,7 +85,7 @@ fn add<T: Scalar>(
     hypothesis.apply(&pair.measurement, &mut update, context);
 }
 
-/// Returns the largest difference between the poses, in reported standard deviations of the hypothesis.
+/// Returns the largest difference between the estimate and a pose over the unknowns, in reported standard deviations.
 fn gap<T: Scalar>(hypothesis: &Hypothesis<T>, to: &RectifyingRotations<f64>) -> f64 {
     let covariance = hypothesis.reported_covariance(&context()).unwrap().matrix().map(T::to_f64);
     let e = hypothesis.pose().extrinsics().unwrap();
@@ -202,7 +201,7 @@ fn a_hundred_thousand_pairs_in_f32_are_those_in_f64_and_report_the_deviation_of_
     let whole = long.information.matrix().m11;
     assert!((all / whole - 1.0).abs() < 0.05, "{all} {whole}");
     assert!((0.3..0.7).contains(&(left / all)) && (0.3..0.7).contains(&(top / all)));
-    // The memory holds a thousand pairs, ten times the pairs of one round.
+    // The memory holds a thousand pairs, ten times the pairs of one round, so the deviation shrinks by `sqrt 10`.
     let shrunk = sd(&fused(&single, 1, &context())) / sd(&long);
     assert!((3.0..3.4).contains(&shrunk), "{shrunk}");
 }
@@ -322,7 +321,7 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
             *far = far.max(optimum_of_sums_off_estimate(&hypothesis));
         }
     }
-    // The estimate improves once the rotations cease, but the pairs settled before are not settled again.
+    // The estimate improves once the rotations cease, but the moments of the earlier pairs are not transformed again.
     let [turning, after] = farthest;
     assert!(turning < 1e-6 && after < 2.0 * last_turning, "{farthest:?} {last_turning}");
 }
@@ -332,7 +331,8 @@ pub(super) fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
     evaluated_at(&truth().stepped_by(&Vector5::ith(0, turned)).unwrap(), seed)
 }
 
-/// Returns the rotation about `x` between the estimate and the optimum of the sums as if the rig rested, rad.
+/// Returns the rotation about `x`, rad, between the optimum of the sums and the pose of the rig at rest that
+/// corresponds to the estimate.
 fn optimum_of_sums_off_estimate(hypothesis: &Hypothesis<f64>) -> f64 {
     let pose = hypothesis.pose_at_rest(hypothesis.pose()).unwrap();
     let step = hypothesis.sums.debiased_at_pose(&hypothesis.frame, &pose).step().unwrap();

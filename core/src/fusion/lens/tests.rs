@@ -1,4 +1,4 @@
-//! Inverses of the information on the lens, compared with those of a library.
+//! Tests that the inverse of the information on the lens equals nalgebra's, and that implausible estimates are refused.
 
 extern crate std;
 

@@ -27,7 +27,7 @@ fn iterate(start: RectifyingRotations<f64>) -> Iterate<f64> {
 }
 
 #[test]
-fn a_pose_at_which_next_to_no_match_that_fits_has_weight_has_no_inliers() {
+fn a_pose_at_which_few_of_the_matches_that_fit_have_weight_has_no_inliers() {
     let iterate = iterate(pose([0.0; 3], [0.0; 2]));
     let evaluated = |ahead: u32| {
         let one = |i: u32| {
@@ -184,7 +184,7 @@ fn a_pose_is_found_by_its_near_residuals_those_beside_them_and_the_noise() {
 }
 
 #[test]
-fn a_pose_between_two_crowds_as_large_as_each_other_is_no_optimum() {
+fn a_pose_between_two_crowds_of_equal_size_is_no_optimum() {
     let iterate = iterate(pose([0.0; 3], [0.0; 2]));
     // Two crowds with row offsets of `apart` and `-apart`, each with a scatter of up to 1, in units of the noise.
     let evaluated = |apart: f64| {

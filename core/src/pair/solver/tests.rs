@@ -1,11 +1,11 @@
-//! Compares the costs of a search with their definition. Other tests check the results of the solver.
+//! Tests the cost of a match behind a camera. Other tests check the results of the solver.
 
 use super::*;
 use crate::pair::scenes::FOCAL;
 use crate::thresholds::MAX_RISE;
 
-/// Returns whether the solver accepts a pass with the cost of the best point if `behind` of 100 matches are behind a
-/// camera.
+/// Returns whether the solver accepts a pass that has the same sums as the best point, but `behind` of 100 matches
+/// behind a camera.
 fn is_accepted(behind: f64) -> bool {
     let start = RectifyingRotations::SIDE_BY_SIDE;
     let mut solver = PairSolver::search(&Config::robust(), FOCAL, start, 12);

@@ -92,7 +92,7 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     row("push radial-tangential at most", "instructions", most);
 }
 
-/// All left pixels in one cell: the longest list of a batch.
+/// Moves the left pixel into one cell of the grid, so that all matches are in one list of the batch.
 fn into_one_cell<T: Scalar>(c: Correspondence<T>) -> Correspondence<T> {
     let far_less = |x: T| T::lit(100.0) + x * T::lit(1.0 / 64.0);
     Correspondence { left: c.left.map(far_less), ..c }

@@ -84,7 +84,7 @@ fn resume<T: Scalar>(kept: &mut Kept<'_, T>, calibrator: &mut CalibratorOf<T>) -
 }
 
 /// Measures the calls of the store, the driver of a flash in RAM included: `Store::open`, `save_if_due` of a locked
-/// calibrator, the most expensive `save` until both pages of the state were full, and `resume`.
+/// calibrator, the most expensive of [`SAVES`] calls of `save`, and `resume`.
 ///
 /// # Panics
 /// If a record is not saved or not found again.

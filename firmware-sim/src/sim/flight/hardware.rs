@@ -21,7 +21,7 @@ use super::super::polling::driver;
 const PAGE: usize = 8192;
 const WORD: usize = 8;
 
-/// Largest number of writes and erasures before the power is lost: the length of a save.
+/// Largest number of writes and erasures before the power is lost: about as many as a save takes.
 const LAST_WORDS: u32 = 60;
 
 /// Time between two pairs.

@@ -40,7 +40,7 @@ const RANGE_NEARER: f64 = 0.1;
 /// Move of the vehicle before every tenth pair.
 const MOTION: Motion = Motion { travel: 4.0, turn_deg: 1.0 };
 
-/// Tracks of a move have numbers of their own, until they start again.
+/// Numbers reserved for the tracks of one move, and moves after which the numbers repeat.
 const TRACKS: u16 = 512;
 const MOVES: u32 = 7;
 
@@ -115,12 +115,12 @@ struct FlightResult {
     io_stats: IoStats,
     /// Readings of the rangefinder that were taken, held back, refused.
     ranges: [u32; 3],
-    /// The same of the moves.
+    /// Moves that were taken, held back, refused.
     motions: [u32; 3],
 }
 
 fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Result<FlightResult> {
-    // The vibration has its own random numbers: without it the flight is the same.
+    // The vibration has its own random numbers, so the rest of the flight is the same without it.
     let calm =
         Scenario { disturbance: Disturbance::default(), ..scenario.clone() }.rigs(args.seed)?;
     let profile = if args.faults { Profile::BAD } else { Profile::GOOD };
@@ -202,6 +202,8 @@ fn tracked(sequence: u32, pair: &[Match], own: &[Track], next: &[Track]) -> Vec<
     now.chain(before).collect()
 }
 
+/// Counts a range or a move.
+///
 /// * `outcome`: `None` if it was refused.
 fn note([taken, waiting, refused]: &mut [u32; 3], outcome: Option<Witnessed>) {
     *match outcome {

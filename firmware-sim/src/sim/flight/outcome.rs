@@ -17,7 +17,7 @@ pub(super) struct Outcome {
     detected: Option<usize>,
     /// Number of pairs from the knock until the estimate follows it.
     took_over: Option<usize>,
-    /// Largest errors in use: locked before the knock, from the knock to the take-over, after it.
+    /// Largest errors in use: locked before the knock, from the knock to the take-over, after the take-over.
     worst: [Option<Deviation<f64>>; 3],
     last: Option<Last>,
 }

@@ -47,14 +47,14 @@ impl Streamed {
         Ok(Self { name, meta, pairs, bar })
     }
 
-    /// The same with one or both views turned.
+    /// The recording with one or both views turned.
     pub(super) fn turned(self, turn: Turn) -> Self {
         let (name, meta) = (turn.name(&self.name), turn.meta(&self.meta));
         let pairs = Box::new(self.pairs.map(move |pair| Ok(turn.pair(&pair?))));
         Self { name, meta, pairs, ..self }
     }
 
-    /// All pairs at once.
+    /// Reads all pairs into a data set.
     pub(super) fn collect(self) -> Result<Dataset> {
         let pairs = self.pairs.collect::<Result<_>>()?;
         self.bar.finish_and_clear();

@@ -71,7 +71,7 @@ fn print(counts: &SoakCounts) -> Result<()> {
         ("handed out, not as sent", counts.wrong),
         ("handed out twice", counts.twice),
         ("received whole and lost, after a whole one", counts.missed),
-        ("received whole and lost, after another one", counts.missed_next),
+        ("received whole and lost, after a bad one", counts.missed_next),
         ("without its end, which the next frame supplied, handed out", counts.mended),
     ] {
         writeln!(out, "{what:<45} {count:>12}")?;

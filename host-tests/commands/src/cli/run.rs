@@ -68,7 +68,8 @@ impl RunArgs {
         self.motion
     }
 
-    /// The same, with the true depths of matches, and with ranges and tracked matches beside those of the options.
+    /// As [`Self::run`], with the true depths of matches, and with ranges and tracked matches in addition to those of
+    /// the options.
     pub(super) fn run_with(
         &self,
         set: &Dataset,
@@ -87,7 +88,7 @@ impl RunArgs {
         self.print(set, depths, &log)
     }
 
-    /// The same over pairs that arrive one by one; all are held only for a page.
+    /// As [`Self::run`], over pairs that arrive one by one. All pairs are held in memory only for a page.
     pub(super) fn run_streamed(&self, stream: Streamed) -> Result<()> {
         if self.report.is_some() {
             return self.run(&stream.collect()?);

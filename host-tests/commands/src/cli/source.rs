@@ -69,7 +69,7 @@ impl Source {
         })
     }
 
-    /// The same with all its pairs in memory.
+    /// As [`Self::open`], with all pairs in memory.
     pub(super) fn read(&self) -> Result<Dataset> {
         match self.open()? {
             Recording::Held(set) => Ok(set),

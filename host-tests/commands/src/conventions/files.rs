@@ -121,7 +121,7 @@ impl Files {
         found.with_context(|| format!("{self}: {} is missing: expected {what}", keys.join(" or ")))
     }
 
-    /// The same, if there is one.
+    /// As [`Self::find`]; `None` if no file has these keys.
     pub(super) fn get(&self, keys: &[&str]) -> Option<Value<'_>> {
         self.values().find_map(|file| file.get(keys))
     }

@@ -29,7 +29,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 }
 
 fn pose(chain: &Value, cams: &[Value; 2], [left, right]: [u8; 2]) -> Result<Pose> {
-    // Along the chain, from the lower number to the higher one.
+    // The transform along the chain, from the camera of the lower number to that of the higher one.
     let mut along = Some(Rigid::NONE);
     for n in left.min(right)..left.max(right) {
         let key = format!("cam{}", n + 1);
@@ -52,7 +52,7 @@ fn pose(chain: &Value, cams: &[Value; 2], [left, right]: [u8; 2]) -> Result<Pose
             ),
         }
     };
-    // The right camera first: if `T_cn_cnm1` is missing, that camera lacks it.
+    // Reads the right camera first, so that an error names it: if `T_cn_cnm1` is missing, that camera lacks it.
     let right = to_body(&cams[1])?;
     let way = Rigid::left_to_right([to_body(&cams[0])?, right]);
     Pose::of(&way, &format!("{}: T_imu_cam or T_cam_imu", cams[1].place()))

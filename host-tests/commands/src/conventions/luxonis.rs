@@ -1,7 +1,8 @@
 //! The calibration that `DepthAI` reads from a Luxonis camera, in JSON.
 //!
-//! `extrinsics` take points of a camera to that of `toCameraSocket`, in centimetres; -1, 255 and a rotation of zeros
-//! stand for none. Cameras that lead to a common one are a chain.
+//! `extrinsics` take points of a camera to the camera of `toCameraSocket`, in centimetres. A socket of -1 or 255, or a
+//! rotation of zeros, stands for no extrinsics. The extrinsics of a camera lead from socket to socket; the left and the
+//! right camera are related through the first socket that both reach.
 
 use anyhow::{Context, Result, bail, ensure};
 use nalgebra::Vector3;

@@ -86,8 +86,8 @@ impl Format {
         self.write_part(meta, None)
     }
 
-    /// The same; the rectified camera of OpenCV and ROS sees the part of the images with this field of view across,
-    /// degrees.
+    /// As [`Format::write`]; the rectified camera of OpenCV and ROS sees the part of the images with this field of view
+    /// across, degrees.
     ///
     /// # Errors
     /// As [`Format::write`].

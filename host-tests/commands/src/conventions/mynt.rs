@@ -38,7 +38,7 @@ fn view(of: &Value) -> Result<View> {
     })?);
     host_tests::data::check_camera_matrix(&k).map_err(|why| of.refuse(why))?;
     if is_fisheye {
-        // Its k2 to k5 are k1 to k4 of OpenCV's fisheye, as in VINS-Fusion.
+        // The k2 to k5 of the device are k1 to k4 of OpenCV's fisheye, as in VINS-Fusion.
         let given = numbers(["k2", "k3", "k4", "k5"])?;
         return View::with(k, LensModel::Fisheye, &given, size).map_err(|why| of.refuse(why));
     }

@@ -169,7 +169,7 @@ impl<'a> Value<'a> {
     }
 
     fn child(&self, node: &'a Node, key: &str) -> Self {
-        // The table of a file has the name of the file as its key, and a list at the root the key "".
+        // The place leaves out two keys: that of a table, which is the name of its file, and "" of a list at the root.
         let is_whole = key.is_empty() || self.place.ends_with(key) && key.contains('.');
         let place = if is_whole { self.place.clone() } else { format!("{}: {key}", self.place) };
         Self { node, place }
@@ -181,7 +181,9 @@ impl<'a> Value<'a> {
         keys.iter().filter_map(here).find(|value| *value.node != Node::Null)
     }
 
-    /// The same for a required key.
+    /// As [`Self::get`], for a required key.
+    ///
+    /// * `what`: the expected value, for the error.
     pub(super) fn need(&self, keys: &[&str], what: &str) -> Result<Self> {
         self.get(keys).with_context(|| {
             let keys = keys.join(" or ");
@@ -267,7 +269,7 @@ impl<'a> Value<'a> {
         }
     }
 
-    /// So many numbers; `what` names them in errors.
+    /// Exactly `N` numbers. `what` names them in errors.
     pub(super) fn array<const N: usize>(&self, what: &str) -> Result<[f64; N]> {
         let numbers = self.numbers()?;
         let len = numbers.len();
@@ -276,7 +278,7 @@ impl<'a> Value<'a> {
             .map_err(|_| self.refuse(format!("{len} numbers: expected {what} ({N} numbers)")))
     }
 
-    /// So many numbers in rows and columns.
+    /// Numbers in `rows` rows and `cols` columns, `N` in all.
     pub(super) fn shaped<const N: usize>(&self, rows: u16, cols: u16) -> Result<[f64; N]> {
         let shape = self.shape()?;
         let fits = shape.is_none_or(|said| said == (rows, cols));

@@ -98,7 +98,7 @@ const D: [&[&str]; 2] = [
 const R: &[&str] = &["R", "rotation", "rotation_matrix"];
 const T: &[&str] = &["T", "t", "translation", "translation_vector"];
 
-/// Names of the sizes of the images: of both, or of the right images.
+/// Keys of the width of the images, left and right: the right images may have a key of their own.
 const WIDTH: [&[&str]; 2] = [&["image_width", "width"], &["image_width_2", "image_width", "width"]];
 const HEIGHT: [&[&str]; 2] =
     [&["image_height", "height"], &["image_height_2", "image_height", "height"]];
@@ -203,7 +203,7 @@ pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>
     ])
 }
 
-/// A matrix of so many columns.
+/// A matrix of `cols` columns.
 fn mat(name: &str, cols: usize, all: &[f64]) -> String {
     let rows = all.len() / cols;
     let lines: Vec<String> = all.chunks(cols).map(numbers).collect();

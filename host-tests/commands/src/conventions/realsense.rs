@@ -22,7 +22,7 @@ const MODES: u8 = 16;
 /// The streams of a pair, left and right.
 const STREAMS: [[&str; 2]; 2] = [["Infrared 1", "Infrared 2"], ["Fisheye 1", "Fisheye 2"]];
 
-/// A camera from its fields, whose names are in the case of the source.
+/// A camera from the fields of `rs2_intrinsics`; those of a printed text are in lower case too.
 fn view(of: &Value) -> Result<View> {
     let number = |key: &str| of.need(&[key], "a number, px")?.number();
     let size = [of.need(&["width"], "px")?.count()?, of.need(&["height"], "px")?.count()?];

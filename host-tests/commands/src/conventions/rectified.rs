@@ -10,7 +10,8 @@ use stereo_selfcal::{Camera, Cameras};
 
 use host_tests::data::{Meta, QuarterTurns, Rows, rows};
 
-/// Fields of view across that are tried if a whole image cannot be rectified, degrees; the widest first.
+/// Fields of view across that are tried if a whole image cannot be rectified, in steps of [`FIELD_STEP`]: the widest
+/// first.
 const FIELDS: std::ops::RangeInclusive<u16> = 8..=30;
 
 /// Step between two fields, degrees.
@@ -31,7 +32,7 @@ pub(super) struct Rectified {
 }
 
 impl Rectified {
-    /// Both cameras see every rectified pixel (alpha 0).
+    /// The rectified rig. Both cameras see every rectified pixel (alpha 0).
     ///
     /// * `field_deg`: field of view of the wanted part across the left image; `None`: all that both see.
     pub(super) fn of(meta: &Meta, field_deg: Option<f64>) -> Result<Self> {

@@ -1,9 +1,9 @@
 //! Calibrations of rectified data sets: KITTI, Middlebury, Cityscapes, and `K.txt` with a baseline.
 //!
-//! Both are rectified: `R = I`. KITTI: `P = K [I | c]`, so a camera sees points moved by `K^-1` times the last column,
+//! All are rectified: `R = I`. KITTI: `P = K [I | c]`, so a camera sees points moved by `K^-1` times the last column,
 //! metres; the cameras 2 and 3 are a little off a common row. Middlebury: `cam0`, `cam1` and the baseline in
-//! millimetres, `t = (-1, 0, 0)`. Cityscapes: one camera for both sides, and the baseline in metres; so has `K.txt`, as
-//! bare numbers.
+//! millimetres, `t = (-1, 0, 0)`. Cityscapes: one camera for both sides, and the baseline in metres. `K.txt` has the
+//! same as bare numbers.
 
 use anyhow::{Context, Result};
 use nalgebra::{Matrix3, Vector3};

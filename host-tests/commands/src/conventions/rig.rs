@@ -62,7 +62,7 @@ impl View {
         Self { k, lens: LensModel::RadialTangential, dist: vec![0.0; 5], size }
     }
 
-    /// A camera with the given coefficients; those of a rational lens select that model.
+    /// A camera with the given coefficients; eight of them make the lens rational.
     ///
     /// * `given`: the coefficients; `None` if the file has no such key.
     pub(super) fn of(
@@ -75,7 +75,7 @@ impl View {
         Self::with(k, lens, &given.numbers()?, size).map_err(|why| given.refuse(why))
     }
 
-    /// The same from numbers; the error names no place.
+    /// As [`Self::of`], from numbers. The error does not name file and key.
     pub(super) fn with(k: Rows, lens: LensModel, given: &[f64], size: [u16; 2]) -> Result<Self> {
         let dist = coefficients(lens, given)?;
         let lens = if dist.len() == RATIONAL { LensModel::Rational } else { lens };
@@ -94,7 +94,8 @@ pub(super) fn intrinsics(value: &Value) -> Result<Rows> {
     Ok(k)
 }
 
-/// The lens of ROS and OpenCV by its name. The number of coefficients, five or eight, tells the two other models.
+/// The lens of ROS and OpenCV by its name. The number of coefficients, five or eight, tells a radial-tangential lens
+/// from a rational one.
 pub(super) fn lens_of(model: Option<&Value>) -> Result<LensModel> {
     let name = model.map(Value::text).unwrap_or_default().to_lowercase().replace('-', "_");
     match (name.trim(), model) {
@@ -149,7 +150,7 @@ pub(super) struct Pose {
 }
 
 impl Pose {
-    /// From `R` and `T = b t`; `place` is file and key of both.
+    /// The pose of `R` and `T = b t`. `place`: file and key of both, for errors.
     pub(super) fn of(rigid: &Rigid, place: &str) -> Result<Self> {
         let read = || -> Result<Self> {
             let (t, baseline_m) = scale::split(rigid.t.into())?;
@@ -160,11 +161,12 @@ impl Pose {
         read().with_context(|| place.to_owned())
     }
 
-    /// The same with its length in another unit, m. A length of 1 means an unknown baseline only in metres.
+    /// The pose with its baseline converted to metres from units of `unit_m` metres. A length of 1 means an unknown
+    /// baseline only in metres.
     pub(super) fn in_unit(mut self, unit_m: f64) -> Result<Self> {
         ensure!(
             unit_m.is_normal() && unit_m > 0.0,
-            "--unit {unit_m}: the unit of T is longer than 0 m"
+            "--unit {unit_m}: the unit of T must be longer than 0 m"
         );
         if unit_m.to_bits() != 1.0_f64.to_bits() {
             self.baseline_m = Some(self.baseline_m.unwrap_or(1.0) * unit_m);

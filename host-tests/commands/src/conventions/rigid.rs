@@ -20,7 +20,7 @@ impl Rigid {
     pub(super) const NONE: Self =
         Self { r: Matrix3::new(1., 0., 0., 0., 1., 0., 0., 0., 1.), t: Vector3::new(0., 0., 0.) };
 
-    /// From a quaternion of about unit length, `w x y z`.
+    /// The transform of a quaternion of about unit length, `w x y z`, and a translation.
     pub(super) fn of_quaternion([w, x, y, z]: [f64; 4], t: [f64; 3]) -> Result<Self> {
         let q = Quaternion::new(w, x, y, z);
         ensure!(
@@ -53,12 +53,12 @@ impl Rigid {
         Self { r, t: -(r * self.t) }
     }
 
-    /// This one, then another.
+    /// The transform that applies this one, then `next`.
     pub(super) fn then(&self, next: &Self) -> Self {
         Self { r: next.r * self.r, t: next.r * self.t + next.t }
     }
 
-    /// From the left camera to the right one, if both transforms lead to a common frame.
+    /// The transform from the left camera to the right one, if both given transforms lead to a common frame.
     pub(super) fn left_to_right([left, right]: [Self; 2]) -> Self {
         left.then(&right.inverse())
     }

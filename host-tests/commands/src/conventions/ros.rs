@@ -158,7 +158,7 @@ fn pose([left, right]: &[Info<'_>; 2]) -> Result<Pose> {
         &rigid,
         &format!("{} and {}: the rectification matrices", left.value.place(), right.value.place()),
     )?;
-    // `P` gives the length, because the row has unit length.
+    // `P` gives the length of the baseline: a row of a rotation has unit length.
     pose.baseline_m = super::scale::known(length);
     Ok(pose)
 }

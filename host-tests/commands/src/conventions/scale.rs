@@ -35,7 +35,7 @@ pub(super) fn split(scaled: [f64; 3]) -> Result<([f64; 3], Option<f64>)> {
     }
     let longer = std::iter::successors(Some(length), |b| Some(b.next_up()));
     let shorter = std::iter::successors(Some(length), |b| Some(b.next_down()));
-    // The nearest first.
+    // Lengths around the norm, the nearest first.
     let mut near = longer.zip(shorter).take(ULPS).flat_map(<[f64; 2]>::from);
     let exact = near.find_map(|b| Some((direction(scaled, b)?, Some(b))));
     Ok(exact.unwrap_or((scaled.map(|x| x / length), Some(length))))

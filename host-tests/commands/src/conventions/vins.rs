@@ -58,7 +58,7 @@ fn view(file: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
             let distortion = file.need(&["distortion_parameters"], "k1 k2 p1 p2")?;
             (k, LensModel::RadialTangential, of(&distortion, ["k1", "k2", "p1", "p2"])?)
         }
-        // Its k2 to k5 multiply the powers 3 to 9 of the angle: k1 to k4 of OpenCV's fisheye.
+        // The k2 to k5 of the file multiply the powers 3 to 9 of the angle: k1 to k4 of OpenCV's fisheye.
         "KANNALA_BRANDT" => (
             of(&projection, ["mu", "mv", "u0", "v0"])?,
             LensModel::Fisheye,

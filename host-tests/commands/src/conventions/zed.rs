@@ -1,8 +1,9 @@
 //! The factory calibration of a ZED camera, `SN*.conf`.
 //!
 //! `R` has the rotation vector `(RX, CV, RZ)` of the resolution, rad, and `T = -(Baseline, TY, TZ)`, mm: the vendor's
-//! programs hand both to `cv::stereoRectify`, which uses only the line of `T`. The side of the right camera gives the
-//! sign. `LEFT_DISTO` and `RIGHT_DISTO`, if there, have the lens of all modes, and the modes a simpler one.
+//! programs hand both to `cv::stereoRectify`, for which the sign of `T` does not matter. Here the sign follows from the
+//! side of the right camera. If there are sections `LEFT_DISTO` and `RIGHT_DISTO`, they have the lens of all modes; the
+//! simpler lens in the sections of the modes is then ignored.
 
 use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector3};
@@ -82,7 +83,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     rig::meta([side("LEFT")?, side("RIGHT")?], &pose, format!("ZED, {name}: {files}"))
 }
 
-/// A camera of a mode; its lens is in the same section, or in one of its own for all modes.
+/// A camera of a mode. Its lens is in the same section, or in a section for all modes.
 fn view(of: &Value, lens: &Value, size: [u16; 2]) -> Result<View> {
     let number = |key: &str| of.need(&[key], "a number")?.number();
     let k = camera_matrix([number("fx")?, number("fy")?, number("cx")?, number("cy")?]);

@@ -31,7 +31,8 @@ const LEAST_REACH: f64 = 1e-4;
 const GRID_DEG: i16 = 30;
 const SAMPLES: i16 = 72;
 
-/// Angle between the view of the whole sphere and the estimates, rad: a view along them would hide the curvature.
+/// Offset of the direction of view of the whole sphere from the reference, before it is normalised: a view along the
+/// reference would hide the curvature.
 const ASIDE: f64 = 0.5;
 
 /// Estimates of a run.
@@ -188,7 +189,7 @@ fn titled(title: &str) -> Svg {
     svg
 }
 
-/// By arc length around the reference.
+/// The surroundings of the reference, by arc length.
 ///
 /// * `reach`: least visible range, rad; `unit`: its name, and its number in 1 rad.
 fn zoom(directions: &Directions, title: &str, reach: f64, (unit, factor): (&str, f64)) -> String {

@@ -71,7 +71,7 @@ fn a_run_that_ends_as_the_estimate_begins_again_says_so() {
     let file = dir.path().join("trace.csv");
     stdout(&synth(&[&COMPENSATE[..], &["--trace", file.to_str().unwrap()]].concat()));
     let text = fs::read_to_string(&file).unwrap();
-    // The heading is one line.
+    // The heading takes one line, so this is the number of pairs up to the correction.
     let pairs = text.lines().position(|line| line.contains("lens corrected")).unwrap().to_string();
     let mut short = synth(&COMPENSATE);
     short[2] = &pairs;

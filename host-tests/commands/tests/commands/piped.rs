@@ -153,7 +153,7 @@ fn bad_input_is_named() {
     }
     let error = refused(good, &["replay", "-"]);
     assert!(error.contains("--rig"), "{error}");
-    // The same for files.
+    // Errors in files name the line too.
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("bad.csv");
     fs::write(&path, format!("{header}0,1,2,3,4,1\n0,1\n")).unwrap();

@@ -18,7 +18,7 @@ pub(crate) const PAIRS: usize = 50;
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
 
-/// Passes of a search after the first and before weighting by the noise; for 128 matches and fewer.
+/// Passes of a search after the first one and before the measured one: of more than 128 matches, of fewer.
 const ANNEALED: [usize; 2] = [4, 8];
 
 /// Seed of the measured pairs; the pairs that lock a calibrator have the next seed.
@@ -74,7 +74,7 @@ pub(crate) enum Answer {
     Fit(Fit),
 }
 
-/// Requirements on the calibrator's report.
+/// The part of the calibrator's report that a row needs.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Report {
     passes: u16,
@@ -159,7 +159,7 @@ impl From<PairReport<f32>> for Report {
 
 fn solve_and_fuse(calibrator: &mut Calibrator1024) -> Result<Report, Rejection> {
     let outcome = calibrator.solve_pair();
-    // A pair of a challenger counts.
+    // A solved pair counts also if it is not fused.
     let why = outcome.fused.err().unwrap_or(Rejection::NotBegun);
     outcome.pair.map(Report::from).ok_or(why)
 }
@@ -172,7 +172,7 @@ fn fresh(scene: &Scene, config: Config, pair: &SynthPair) -> Result<Job> {
     Ok(Job::Solve(calibrator))
 }
 
-/// A calibrator after the passes of the wide losses: the next pass weights by the noise.
+/// A calibrator in the middle of a search: the next pass is the measured one.
 fn amid(scene: &Scene, pair: &SynthPair) -> Result<Job> {
     let Job::Solve(mut calibrator) = fresh(scene, Config::robust(), pair)? else {
         bail!("a fresh calibrator is to be solved");

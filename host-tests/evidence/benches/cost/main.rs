@@ -1,14 +1,14 @@
 //! Cost of a pair: host time and instructions, beside a general least-squares solver.
 //!
 //! ```sh
-//! cargo bench -p host-tests --bench cost
+//! cargo bench -p selfcal-evidence --bench cost
 //! ```
 //!
 //! Scene `near` (3 to 80 baselines), 0.3 px, `R` off by 5 degrees about each axis and `t` by 5. From
 //! `R = I`, `t = (-1, 0, 0)`, all methods on the same pairs. The calibrator in `f32`:
 //! - `robust, acquiring`: `solve_pair` of a fresh calibrator;
-//! - `robust, one pass`: a late pass of those, weighted by the noise, with its step;
-//! - `robust, locked`: `solve_pair` and `fuse` of a calibrator locked on earlier pairs;
+//! - `robust, one pass`: a late pass of such a search, with its step;
+//! - `robust, locked`: `solve_pair` of a calibrator locked on earlier pairs;
 //! - `paper`: `solve_pair` of a fresh calibrator;
 //! - `lmder`: the crate `levenberg-marquardt` on the paper's row offsets, see [`minpack`].
 //!

@@ -1,7 +1,7 @@
 //! Cost of the link at a receiver: host time and instructions for each correspondence.
 //!
 //! ```sh
-//! cargo bench -p host-tests --bench link
+//! cargo bench -p selfcal-evidence --bench link
 //! ```
 //!
 //! Frames of the scene `near`, their bytes in pieces of a length:
@@ -13,9 +13,10 @@
 //! - `within`: the same after the header of a long frame;
 //! - `headers`: headers with a correct checksum, each of a frame that is cut off.
 //!
-//! Columns: `ns` and `instr` for each correspondence, header and checksum included, or for each 16 bytes, the
-//! length of a record; the former the median on this host, the latter by callgrind (`-` without valgrind), the
-//! same for the same build.
+//! Columns, for each correspondence with its share of header and checksum; for a stream without frames, for each 16
+//! bytes, the length of a record:
+//! - `ns`: median time on this host;
+//! - `instr`: instructions counted by callgrind, the same for the same build; `-` without valgrind.
 
 #[path = "../cost/callgrind.rs"]
 mod callgrind;

@@ -35,7 +35,7 @@ pub struct BenchArgs {
     #[arg(long, value_enum, default_value_t = Preset::Robust)]
     preset: Preset,
 
-    /// Number type of the core; f32 ships.
+    /// Number type of the core; firmware uses f32.
     #[arg(long, value_enum, default_value_t = Number::F32)]
     scalar: Number,
 

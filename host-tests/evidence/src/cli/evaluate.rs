@@ -45,7 +45,7 @@ pub struct EvaluateArgs {
     #[arg(long, conflicts_with = "full")]
     quick: bool,
 
-    /// Many trials, and every point of the curves: hours.
+    /// Many trials, and every point of the curves: most of an hour on two cores.
     #[arg(long)]
     full: bool,
 

@@ -103,7 +103,7 @@ fn sides(findings: &Findings<'_>) -> [(&'static str, Vec<usize>, Line); 3] {
     ]
 }
 
-/// For each value of the sweep: the root mean square error, the least of the methods `among`.
+/// Each value of the sweep, with the least root mean square error of the methods `among`.
 fn least(sweep: &Sweep, among: &[usize], of: Of) -> Vec<(f64, Option<f64>)> {
     let at = |at: usize| {
         let all = among.iter().filter_map(|&i| rms(&sweep.trials[i][at], of));
@@ -112,7 +112,7 @@ fn least(sweep: &Sweep, among: &[usize], of: Of) -> Vec<(f64, Option<f64>)> {
     sweep.values.iter().enumerate().map(|(i, &x)| (x, at(i))).collect()
 }
 
-/// For each value of the sweep: the share of scenes without an estimate, the least of the methods `among`.
+/// Each value of the sweep, with the least share of scenes without an estimate of the methods `among`.
 fn failures(sweep: &Sweep, among: &[usize]) -> Vec<(f64, Option<f64>)> {
     let share = |trials: &Measured<Vec<Option<Trial>>>| {
         let trials = trials.as_ref().ok()?;

@@ -20,7 +20,7 @@ pub(super) const REPORTED: [Reported; 10] = [
     (MIDDLEBURY, "right", [[0.0200, 0.0006], [0.0048, 0.0008]]),
 ];
 
-/// The paper's figures for data of the same kind: rectified pairs of Middlebury.
+/// The paper's figures for a data set of the same kind: rectified pairs of Middlebury, or KITTI.
 pub(super) fn comparable(set: &str, view: &str) -> Option<[[f64; 2]; 2]> {
     let of_middlebury = ["motorcycle", "aloe", "middlebury"].iter().any(|name| set.contains(name));
     let of_kitti = set.contains("kitti");

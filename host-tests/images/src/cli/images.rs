@@ -123,7 +123,7 @@ fn rigs(ran: &Ran, dir: &Path) -> Result<Vec<(&'static str, PathBuf)>> {
     let meta = ran.session.log.try_fused()?.rig(&ran.session.set.meta);
     let mut written = Vec::new();
     for format in Format::ALL {
-        // Kalibr has no k3: the other formats are still written.
+        // Kalibr cannot store a `k3`. If a format fails, the others are still written.
         match format.write(&meta) {
             Ok(documents) => {
                 let paths = Document::save_all(&documents, &dir.join(format.name()))?;

@@ -16,8 +16,8 @@ use host_tests::stats::geometric_mean;
 /// Measure the matcher against the truth of the shipped images, beside the SIFT matches of the project: unchanged, and
 /// with the left image warped as if its camera were turned by 5 degrees up, down, left and right.
 ///
-/// Right: within 1.5 px of the true row. Noise: RMS of the right matches. e_t, e_theta: fused, rad, from the nominal
-/// rig.
+/// Right: share of the matches within 1.5 px of their true row. Noise: RMS row offset of these matches. e_t, e_theta:
+/// errors of the fused estimate, rad; it starts from the nominal rig.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal matcher
@@ -80,7 +80,7 @@ fn head() -> io::Result<()> {
     writeln!(io::stdout(), "{:<11}{:<7} {group}  {sift}  {left:>5} {right:>7}", "images", "view")
 }
 
-/// Errors so far, and their ratios to those of SIFT.
+/// Errors of `t` and `R` so far, rad, and their ratios to those of the SIFT matches.
 #[derive(Default)]
 struct Ratios {
     errors: Vec<[f64; 2]>,
@@ -105,7 +105,7 @@ impl Ratios {
         writeln!(io::stdout(), "{line}  {}  {t:>5.2} {r:>7.2}", quality(sift))
     }
 
-    /// The geometric means.
+    /// Prints the geometric means.
     fn end(&self) -> Result<()> {
         let mean = |all: &[[f64; 2]], i: usize| {
             geometric_mean(all.iter().map(|one| one[i])).unwrap_or(f64::NAN)

@@ -1,4 +1,4 @@
-//! `--rig FILE ..`, repeated for each candidate: the files of each candidate stay together.
+//! The argument `--rig FILE ...`, which may be repeated: the files after each `--rig` belong to one rig.
 
 use std::path::PathBuf;
 

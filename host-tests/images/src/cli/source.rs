@@ -1,4 +1,4 @@
-//! Source of images, rig and matcher: common arguments of both commands.
+//! Source of images, rig and matcher: the common arguments of `images` and `check`.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -111,7 +111,8 @@ enum Exif {
     Stored,
 }
 
-/// Ratio of fitting matches, crop over scaled, above which images count as cropped.
+/// Ratio of the matches that fit a rig for cropped images to those that fit a rig for scaled images, above which images
+/// count as cropped.
 const CLEARLY: f64 = 1.2;
 
 /// A finished run.
@@ -119,7 +120,7 @@ pub(crate) struct Ran {
     pub(crate) rig: FoundRig,
     pub(crate) session: Session,
     source: Source,
-    /// A left image.
+    /// The first left image.
     frame: Frame,
 }
 
@@ -129,7 +130,7 @@ impl SourceArgs {
         &self.rigs.0
     }
 
-    /// The request for a rig.
+    /// The request for a rig from these files, with the user's options.
     fn request(&self, source: &Source, files: Vec<PathBuf>) -> RigRequest {
         let given = self.lacks.unknowns();
         RigRequest {
@@ -157,7 +158,9 @@ impl SourceArgs {
 
     /// Runs the calibrator over the images, from the first of the rigs.
     ///
-    /// * `frames`, `out`: targets of frames and data set, pair by pair.
+    /// * `frames`: file for the matches as frames of the link.
+    /// * `out`: folder for rig and matches as a data set.
+    /// * `quiet`: prints only skipped items.
     pub(crate) fn run(
         &self,
         frames: Option<&Path>,
@@ -203,7 +206,7 @@ impl SourceArgs {
         Ok(Ran { session: session?, rig, source, frame })
     }
 
-    /// The rig, and whether the images of each side are turned by their EXIF data.
+    /// The rig. Decides whether the images of each side are turned by their EXIF orientation, and sets it in `source`.
     fn upright(
         &self,
         request: &RigRequest,
@@ -228,7 +231,7 @@ impl SourceArgs {
         for upright in ways {
             match find(source, upright) {
                 Ok(mut rig) => {
-                    // An image without an EXIF turn stays unchanged either way.
+                    // A side whose first image has no EXIF turn counts as upright.
                     source.upright = [0, 1].map(|side| upright[side] || !asks[side]);
                     rig.notes.push(turned_in_words(first, upright, asks));
                     return Ok(rig);

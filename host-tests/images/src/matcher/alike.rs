@@ -1,8 +1,8 @@
 //! Makes pictures of unlike cameras alike: the descriptors and windows of the matcher agree only if the cameras have
 //! about the same roll and focal length.
 //!
-//! The right picture is turned by quarters until its roll is least, and the picture of the longer focal length is
-//! resampled to the shorter one. Matches are mapped back.
+//! The right picture is turned by quarters until its roll against the left one is least. The picture of the longer
+//! focal length is resampled to the shorter focal length. Matches are mapped back to the original pictures.
 
 use anyhow::Result;
 use host_tests::data::{Match, Meta, QuarterTurns};
@@ -11,7 +11,7 @@ use image::metadata::Orientation;
 use crate::picture::Picture;
 use crate::resized::{self, Change};
 
-/// Focal lengths closer than this, as a ratio, are alike.
+/// Ratio of two focal lengths below which they are alike.
 const ALIKE: f64 = 1.15;
 
 /// Changes that make the pictures of unlike cameras alike.
@@ -20,7 +20,7 @@ pub(super) struct Alike {
     turns: QuarterTurns,
     /// Sizes before any change, px.
     from: [[u16; 2]; 2],
-    /// Sizes after it, px.
+    /// Sizes after the turn and the resampling, px.
     to: [[u16; 2]; 2],
 }
 
@@ -44,7 +44,7 @@ impl Alike {
         (!turns.is_none() || alike.to != from).then_some(alike)
     }
 
-    /// Both pictures, made alike.
+    /// Both pictures after the changes.
     pub(super) fn pictures(&self, [left, right]: [&Picture; 2]) -> Result<[Picture; 2]> {
         let turn = match self.turns.0[1] {
             1 => Orientation::Rotate90,
@@ -58,7 +58,7 @@ impl Alike {
         Ok([sized(left.clone(), self.to[0])?, sized(right.clone().turned(turn), self.to[1])?])
     }
 
-    /// Maps a match of alike pictures back to the cameras.
+    /// Maps a match of the changed pictures back to the original pictures.
     pub(super) fn back(&self, m: &Match) -> Match {
         let back = |side: usize, pixel: [f64; 2]| {
             let whole = self.turns.size(side, self.from[side]).map(f64::from);
@@ -69,7 +69,7 @@ impl Alike {
         Match { ul, vl, ur, vr, ..*m }
     }
 
-    /// The rig of the alike pictures.
+    /// The rig of the changed pictures.
     pub(super) fn meta(&self, meta: &Meta) -> Meta {
         let turned = self.turns.meta(meta);
         let from = turned.sizes();
@@ -107,7 +107,7 @@ mod tests {
                 let back = alike.back(&Match { ul: u, vl: v, ur: u, vr: v, score: 1.0, step: 0.0 });
                 let left =
                     inner.left.ray([u, v]).unwrap() - outer.left.ray([back.ul, back.vl]).unwrap();
-                // In the left frame, with the turn of the camera undone.
+                // Both rays are rotated to the left frame, so that the turn of the right camera cancels.
                 let right = r[0].transpose() * inner.right.ray([u, v]).unwrap().push(1.0)
                     - r[1].transpose() * outer.right.ray([back.ur, back.vr]).unwrap().push(1.0);
                 assert!(left.norm() < 1e-9 && right.norm() < 1e-9, "{degrees}: {left} {right}");

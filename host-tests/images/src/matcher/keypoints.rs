@@ -16,18 +16,18 @@ const THRESHOLD: f32 = 12.0 / 255.0;
 pub(super) struct Keypoints {
     /// `[u, v]`.
     pub(super) places: Vec<[f64; 2]>,
-    /// Level of the pyramid, 0 is the image itself.
+    /// Level of the pyramid of each corner; 0 is the image itself.
     pub(super) levels: Vec<u8>,
-    /// Px of the whole image in a pixel of each level.
+    /// Size of a pixel of each level, px of the unscaled image.
     pixels: Vec<f64>,
-    /// 256 bits.
+    /// Descriptor of each corner, 256 bits.
     pub(super) descriptors: Vec<[u8; 32]>,
 }
 
 impl Keypoints {
     /// Corners of an image: FAST with a Harris score, spread by a quadtree, described by rotated BRIEF (ORB).
     ///
-    /// * `scale`: px of the whole image in a pixel of this one.
+    /// * `scale`: size of a pixel of `picture`, px of the unscaled image.
     pub(super) fn of(picture: &Picture, count: usize, levels: usize, scale: f64) -> Result<Self> {
         let detector = OrbDetector {
             n_keypoints: count,
@@ -41,7 +41,7 @@ impl Keypoints {
         Ok(Self { places, levels: found.octaves, descriptors: found.descriptors, pixels })
     }
 
-    /// Size of a pixel of the level that a corner was found in, px.
+    /// Size of a pixel of the level that a corner was found in, px of the unscaled image.
     pub(super) fn pixel(&self, corner: usize) -> f64 {
         self.pixels[usize::from(self.levels[corner])]
     }

@@ -30,11 +30,11 @@ use smooth::smoothed;
 /// Parameters of the matcher.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MatcherConfig {
-    /// Corners sought in each image.
+    /// Number of corners sought in each image.
     pub keypoints: usize,
     /// Largest number of refined matches, spread over the image.
     pub most: usize,
-    /// Largest turn of the rig since its calibration, degrees: half the first band around a row.
+    /// Largest turn of the cameras since the calibration, degrees: half of the band of the first search around a row.
     pub prior_deg: f64,
     /// Largest disparity, as a share of the image's width.
     pub range: f64,
@@ -60,10 +60,10 @@ impl Default for MatcherConfig {
     }
 }
 
-/// Corners sought in the small images, and levels of their pyramid.
+/// Number of corners sought in the small images, and of levels of their pyramid.
 const COARSE: [usize; 2] = [1200, 5];
 
-/// Levels of the pyramid of the full images.
+/// Number of levels of the pyramid of the full images.
 const FINE_LEVELS: usize = 3;
 
 /// Largest width of the small images, px.
@@ -72,22 +72,23 @@ const SMALL: usize = 720;
 /// Largest number of halvings.
 const HALVINGS: usize = 3;
 
-/// Half of the narrow band, as a share of the image's width, and at least, px.
+/// Half of the narrow band, as a share of the image's width, and its least value, px.
 const NARROW: (f64, f64) = (0.005, 3.0);
 
-/// Least number and share of matches that fit the first rows, for the narrow band.
+/// Least number and share of matches of the first search that must fit its rows, for the narrow band to be used.
 const TRUSTED: (u32, f64) = (25, 0.4);
 
-/// Cells of the image along either side, to spread matches over.
+/// Number of cells along either side of the image that matches are spread over.
 const CELLS: usize = 16;
 
 /// Capacity of the solver for matches of the first search.
 const ROOM: usize = 1024;
 
-/// Least number of signed matches, and least share of negative ones, for which left and right count as exchanged.
+/// Least number of matches with a clear sign of the disparity, and least share of negative ones, for which left and
+/// right count as exchanged.
 const EXCHANGED: (usize, f64) = (20, 0.8);
 
-/// Refined matches whose left ends are closer than this count as one, px.
+/// Refined matches whose left pixels are closer than this count as one, px.
 const APART: f64 = 3.0;
 
 /// Matches of one pair.
@@ -95,11 +96,11 @@ const APART: f64 = 3.0;
 pub struct Matched {
     /// Refined matches, the most certain first.
     pub matches: Vec<Match>,
-    /// Corners of the left and of the right image.
+    /// Number of corners in the left and in the right image.
     pub corners: [usize; 2],
-    /// Matches of the first search, in the wide band.
+    /// Number of refined matches of the first search, in the wide band.
     pub first: usize,
-    /// Matches of the first search with clearly positive and with clearly negative disparity.
+    /// Number of matches of the first search with clearly positive and with clearly negative disparity.
     pub signs: [usize; 2],
     /// Whether the rows of the first search were trusted; if not, the matches come from the wide band.
     pub narrowed: bool,
@@ -121,13 +122,14 @@ pub struct Matcher {
     cameras: Cameras<f64>,
     extrinsics: Extrinsics<f64>,
     config: MatcherConfig,
-    /// How pictures of unlike cameras are made alike, and the matcher for them.
+    /// Changes that make the pictures of unlike cameras alike, and the matcher for the changed pictures.
     alike: Option<Box<(Alike, Matcher)>>,
 }
 
-/// Intermediate results of a pair.
+/// Pictures of a pair for the refinement of matches.
 struct Work {
     refiner: Refiner,
+    /// Smoothed levels of the left and the right picture.
     smooth: [Halved; 2],
 }
 
@@ -146,8 +148,8 @@ impl Matcher {
         Self { cameras, extrinsics: *extrinsics, config, alike: None }
     }
 
-    /// A matcher for a rig: a picture of a rolled right camera, or of another focal length, is first made like the left
-    /// one.
+    /// A matcher for a rig. If the right camera is rolled against the left one, or the focal lengths differ, the
+    /// pictures are first made alike.
     ///
     /// # Errors
     /// If the rig is not valid.
@@ -209,7 +211,7 @@ impl Matcher {
         })
     }
 
-    /// Number of matches within so many px of their rows under some extrinsics.
+    /// Number of matches within `px` of their rows under these extrinsics.
     #[must_use]
     pub fn in_row(&self, matches: &[Match], extrinsics: &Extrinsics<f64>, px: f64) -> usize {
         let rotations = RectifyingRotations::from(extrinsics);
@@ -219,7 +221,7 @@ impl Matcher {
         matches.iter().filter(|m| offset(m).is_some_and(|e: f64| e.abs() <= limit)).count()
     }
 
-    /// The requested number of matches, the clearest of each cell of the image.
+    /// The requested number of matches, spread over the cells of the image: the most distinct of each cell come first.
     fn chosen(&self, left: &Keypoints, mut all: Vec<Tentative>) -> Vec<Tentative> {
         if all.len() <= self.config.most {
             return all;
@@ -241,7 +243,7 @@ impl Matcher {
         ranked.into_iter().map(|(_, one)| one).collect()
     }
 
-    /// Extrinsics that fit the matches of one pair, if enough of them fit.
+    /// Extrinsics estimated from the matches of one pair; `None` unless enough of them fit.
     #[must_use]
     pub fn rows(&self, matches: &[Match]) -> Option<Extrinsics<f64>> {
         let factory = FactoryCalibration::new(self.cameras, self.extrinsics);
@@ -273,7 +275,7 @@ impl Matcher {
     ) -> Option<Match> {
         let config = &self.config;
         let unit = f64::from(1_u32 << finest);
-        // Rounded to whole pixels of the finest level: the window then needs no interpolation.
+        // At whole pixels of the finest level the left window needs no interpolation.
         let left = l.places[tentative.left].map(|x| (x / unit).round() * unit);
         let right = r.places[tentative.right];
         let pixel = l.pixel(tentative.left).max(r.pixel(tentative.right));
@@ -291,7 +293,7 @@ impl Matcher {
     }
 }
 
-/// The image, then halved repeatedly while a window fits.
+/// The image and its repeated halvings, at most [`HALVINGS`], while the shorter side holds four windows.
 pub(crate) fn halved(picture: &Picture) -> Result<Halved> {
     let mut levels = vec![picture.clone()];
     while levels.len() <= HALVINGS {
@@ -308,13 +310,13 @@ pub(crate) fn halved(picture: &Picture) -> Result<Halved> {
     Ok(levels)
 }
 
-/// The level of the small images.
+/// The first level that is at most [`SMALL`] px wide, otherwise the last level.
 fn small(halved: &Halved) -> usize {
     let fits = |picture: &Picture| usize::from(picture.size()[0]) <= SMALL;
     halved.iter().position(fits).unwrap_or(halved.len() - 1)
 }
 
-/// The most certain of matches whose left ends are too close to be distinct.
+/// Keeps only the most certain of matches whose left pixels are closer than [`APART`]; the most certain come first.
 fn spread(mut all: Vec<Match>) -> Vec<Match> {
     all.sort_by(|a, b| b.score.total_cmp(&a.score));
     let cell = |m: &Match| [m.ul, m.vl].map(|x| (x / APART).floor() as i32);

@@ -25,7 +25,7 @@ impl Warp {
     }
 }
 
-/// The window's values, bilinear between the pixels; `None` if it leaves the image.
+/// Values of the window, interpolated bilinearly; `None` if the window leaves the image.
 pub(super) fn window(picture: &Picture, warp: &Warp) -> Option<[f32; AREA]> {
     let [width, height] = picture.size().map(usize::from);
     let [[a, b], [c, d]] = warp.shape;
@@ -40,7 +40,7 @@ pub(super) fn window(picture: &Picture, warp: &Warp) -> Option<[f32; AREA]> {
     Some(if warp.shape == Warp::PLAIN { moved(picture, warp.place) } else { mapped(picture, warp) })
 }
 
-/// For a translation: the fractions are the same for all pixels.
+/// The window after a translation: the fractions of a pixel are the same for all values.
 fn moved(picture: &Picture, place: [f32; 2]) -> [f32; AREA] {
     let width = usize::from(picture.size()[0]);
     let [left, top] = place.map(|x| x as usize - REACH as usize);
@@ -72,7 +72,7 @@ fn mapped(picture: &Picture, warp: &Warp) -> [f32; AREA] {
         for (column, value) in (-REACH..).zip(values) {
             let x = column as f32;
             let (u, v) = (u0 + a * x, v0 + c * x);
-            // 32 bits, because a conversion to 64 takes several more instructions.
+            // `i32`, because a conversion to 64 bits takes several more instructions.
             let (left, top) = (u as i32, v as i32);
             let (du, dv) = (u - left as f32, v - top as f32);
             let at = top as usize * width + left as usize;
@@ -85,7 +85,8 @@ fn mapped(picture: &Picture, warp: &Warp) -> [f32; AREA] {
     values
 }
 
-/// Sum of products, in lanes: a plain sum has a fixed order, which keeps the compiler from using vectors.
+/// Sum of products, in separate lanes. A plain sum has a fixed order, so the compiler could not use vector
+/// instructions.
 pub(super) fn dot(a: &[f32; AREA], b: &[f32; AREA]) -> f32 {
     const LANES: usize = 8;
     let (a, a_rest) = a.as_chunks::<LANES>();

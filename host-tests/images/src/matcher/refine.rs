@@ -13,7 +13,9 @@ use crate::picture::Picture;
 /// Standard deviation of the window's weights, px.
 const SIGMA: f32 = 4.5;
 
+/// Largest number of steps of the translation.
 const TRANSLATIONS: usize = 12;
+/// Largest number of steps of the affine map.
 const AFFINES: usize = 10;
 
 /// A step below this ends the iteration, px.
@@ -22,13 +24,13 @@ const SETTLED: f32 = 0.02;
 /// Least contrast of the window, grey levels.
 const LEAST_CONTRAST: f32 = 4.0;
 
-/// Largest deviation of the affine map from the identity.
+/// Largest deviation of an element of the affine map from the identity.
 const MOST_SHEAR: f32 = 0.5;
 
 /// A refined position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Refined {
-    /// In the right image, px.
+    /// Position in the right image, px.
     pub(super) place: [f64; 2],
     /// Correlation of the two windows, at most 1.
     pub(super) correlation: f64,
@@ -47,15 +49,17 @@ impl Refined {
 /// Levels of an image pyramid: the image, then each level at half the size of the level before.
 pub(super) type Halved = Vec<Picture>;
 
-/// The window around the left corner, its gradients, and values derived from them.
+/// Refines positions of matches.
 pub(super) struct Refiner {
+    /// Gaussian weights of the window, sum 1.
     weights: [f32; AREA],
 }
 
+/// The window around the left corner, and its gradients.
 struct Template {
     /// Values with mean 0 and standard deviation 1.
     values: [f32; AREA],
-    /// Derivatives by x and y.
+    /// Derivatives of `values` by x and y.
     gradients: [[f32; AREA]; 2],
 }
 
@@ -64,7 +68,8 @@ impl Refiner {
         Self { weights: weights(SIGMA) }
     }
 
-    /// Position in the right image of the left image's content at `left`; `None` if it is not near `right`.
+    /// Position in the right image of the content that the left image has at `left`; `None` if it is not found near
+    /// `right`.
     ///
     /// * `levels`: coarsest level of the halved images, where the search starts, and finest, where it ends.
     pub(super) fn refine(
@@ -111,7 +116,8 @@ impl Refiner {
         Some(Template { values: values.map(|x| (x - mean) / sd), gradients })
     }
 
-    /// Updates the map until the step is small. `K` is 2 for a translation, 6 for an affine map.
+    /// Updates the map until the step is small; `None` if it does not settle. `K` is 2 for a translation, and 6 for an
+    /// affine map.
     fn settle<const K: usize>(
         &self,
         template: &Template,
@@ -134,7 +140,7 @@ impl Refiner {
         None
     }
 
-    /// Right less left, both with mean 0 and deviation 1, and their correlation.
+    /// Right window less left window, both with mean 0 and standard deviation 1, and their correlation.
     fn residuals(
         &self,
         template: &Template,
@@ -192,7 +198,7 @@ fn columns<const K: usize>(template: &Template) -> [[f32; AREA]; K] {
     })
 }
 
-/// `warp` after the inverse of a step; `None` if it is then no longer near the identity.
+/// Composes `warp` with the inverse of a step; `None` if the result is far from the identity.
 fn compose(warp: &mut Warp, step: &[f32]) -> Option<()> {
     let get = |i: usize| step.get(i).copied().unwrap_or(0.0);
     let [a, b, c, d] = [1.0 + get(2), get(3), get(4), 1.0 + get(5)];

@@ -9,16 +9,16 @@ use stereo_selfcal::{Camera, Cameras, Extrinsics};
 use super::MatcherConfig;
 use super::keypoints::{Keypoints, distance};
 
-/// Largest number of differing bits.
+/// Largest number of differing bits of the descriptors of a match.
 const MOST_BITS: u32 = 70;
 
 /// Largest difference of the pyramid levels of two corners.
 const MOST_LEVELS: u8 = 2;
 
-/// A second best corner closer than this is the same corner, px of the level.
+/// Two candidates closer than this are the same corner, px of the pyramid level.
 const SAME_PX: f64 = 3.0;
 
-/// A disparity beyond this counts as signed, px of the level.
+/// A disparity of a larger magnitude has a clear sign, px of the pyramid level.
 const CLEAR_PX: f64 = 2.0;
 
 /// Two corners that look alike.
@@ -30,12 +30,12 @@ pub(super) struct Tentative {
     pub(super) margin: f64,
 }
 
-/// Half of the band around a row.
+/// Half of the band around a row: the sum of both parts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Band {
     /// Largest turn of the cameras.
     pub(super) rad: f64,
-    /// Addition, px.
+    /// Addition to the effect of the turn, px.
     pub(super) px: f64,
 }
 
@@ -43,8 +43,8 @@ pub(super) struct Band {
 #[derive(Debug, Clone)]
 pub(super) struct Found {
     pub(super) matches: Vec<Tentative>,
-    /// Matches of clearly positive and of clearly negative disparity. Negative ones that the prior explains are among
-    /// the matches.
+    /// Number of mutual matches with clearly positive and with clearly negative disparity. A match with a negative
+    /// disparity beyond the band of the prior is not in `matches`.
     pub(super) signs: [usize; 2],
 }
 
@@ -69,7 +69,7 @@ struct Rectified {
     level: u8,
 }
 
-/// The best and the second best of a search.
+/// The best corner of a search, and the descriptor distances of the best and the second best, bits.
 #[derive(Debug, Clone, Copy)]
 struct Best {
     index: usize,
@@ -96,7 +96,7 @@ impl Search {
         }
     }
 
-    /// Pairs of corners that are each other's best.
+    /// Pairs of corners each of which is the best match of the other.
     pub(super) fn tentative(&self, left: &Keypoints, right: &Keypoints) -> Found {
         let l = self.rectified(&self.cameras.left, self.rotations.left().matrix(), left);
         let r = self.rectified(&self.cameras.right, self.rotations.right().matrix(), right);
@@ -121,7 +121,8 @@ impl Search {
         found
     }
 
-    /// Half of the band in the middle of the image, px; also the most negative disparity of a far point.
+    /// Half of the band in the middle of the image, px. A turn of the cameras within the prior can make the disparity
+    /// of a far point negative by as much.
     fn slack(&self) -> f64 {
         self.focal * self.band.rad.tan() + self.band.px
     }
@@ -145,7 +146,9 @@ impl Search {
         all
     }
 
-    /// For each keypoint of the first, its best in the second. `sign`: 1 if the first is the left image.
+    /// The best match in `to` for each corner of `from`.
+    ///
+    /// * `sign`: 1 if `from` is the left image, -1 if it is the right one.
     fn best_of_all(
         &self,
         [from, to]: [&[Rectified]; 2],

@@ -4,14 +4,15 @@ use anyhow::Result;
 
 use crate::picture::Picture;
 
-/// Smoothed with weights 1 2 1 along rows and columns. Bilinear interpolation blurs by the place between the pixels,
-/// which pulls a refined position towards whole pixels; a smooth image has little left to blur.
+/// The picture smoothed with weights 1 2 1 along rows and columns. Bilinear interpolation blurs more in the middle
+/// between pixels than near them, which pulls a refined position towards whole pixels. A smooth image is hardly
+/// blurred.
 pub(super) fn smoothed(picture: &Picture) -> Result<Picture> {
     let [width, height] = picture.size().map(usize::from);
     let mut across = Vec::with_capacity(width * height);
     for line in picture.pixels().chunks_exact(width) {
         let at = |u: usize| u16::from(line[u]);
-        // The last pixel of a line or column continues beyond it.
+        // Beyond a border the last pixel of the line or column is repeated.
         across.push(3 * at(0) + at(1));
         across.extend(
             line.windows(3).map(|w| w.iter().map(|x| u16::from(*x)).sum::<u16>() + u16::from(w[1])),
@@ -33,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_slope_stays_and_a_dot_becomes_a_bell() {
+    fn a_slope_is_unchanged_and_a_dot_is_spread() {
         let slope: Vec<u8> = (0..30).map(|i| 10 * (i % 6) + i / 6).collect();
         let smooth = smoothed(&Picture::try_new([6, 5], slope.clone()).unwrap()).unwrap();
         for v in 1..4 {

@@ -1,4 +1,4 @@
-//! The common part of both bags: topics, time stamps, calibration.
+//! The common part of both bag formats: topics, time stamps, calibration.
 
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use super::partners::{Partner, Partners};
 use super::{Frame, Item, Take};
 use crate::resized::{self, Change};
 
-/// Topics of the left and of the right image; the same topic twice if it has both.
+/// Topics of the left and of the right images; the same topic twice if its pictures show both cameras.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Topics(pub [Topic; 2]);
 
@@ -23,7 +23,7 @@ pub struct Wanted {
     pub left: Option<String>,
     /// Topic of the right images.
     pub right: Option<String>,
-    /// Pictures of both cameras, left and right halves.
+    /// Whether one topic has pictures of both cameras, left and right halves.
     pub side_by_side: bool,
 }
 
@@ -36,7 +36,7 @@ pub struct Topic {
     pub compressed: bool,
 }
 
-/// Parts of a name that tell the side of a topic; the first row that is the only difference of two topics applies.
+/// Parts of a topic's name that tell its side. The first row that is the only difference between two topics applies.
 const SIDES: [[&str; 2]; 26] = [
     ["left", "right"],
     ["Left", "Right"],
@@ -66,14 +66,16 @@ const SIDES: [[&str; 2]; 26] = [
     ["upper", "lower"],
 ];
 
-/// Words in topics that are not camera images.
+/// Words in the names of topics whose images are not camera images.
 const OTHERS: [&str; 4] = ["depth", "disparity", "confidence", "mask"];
 
 /// Endings of a topic that name its transport.
 const TRANSPORTS: [&str; 2] = ["/compressed", "/image_compressed"];
 
 impl Topic {
-    /// A topic by the type of its messages, if they are images.
+    /// A topic of images; `None` if the type of its messages is not an image.
+    ///
+    /// * `message`: type of the messages.
     pub(super) fn of(name: &str, message: &str) -> Option<Self> {
         let compressed = match message {
             "sensor_msgs/msg/Image" | "sensor_msgs/Image" => false,
@@ -107,7 +109,7 @@ impl Topic {
 }
 
 impl Topics {
-    /// The requested topics, or topics whose names differ only by the words left and right.
+    /// The requested topics, or the only two topics whose names differ by left and right alone ([`SIDES`]).
     pub(super) fn choose(all: &[Topic], wanted: &Wanted) -> Result<Self> {
         let names = |all: &[Topic]| {
             all.iter().map(|topic| topic.name.as_str()).collect::<Vec<_>>().join(", ")
@@ -168,7 +170,7 @@ impl Topics {
         }
     }
 
-    /// Sides of a topic.
+    /// Whether the topic of this name has the left images, and whether it has the right images.
     pub(super) fn is_side(&self, name: &str) -> [bool; 2] {
         self.0.each_ref().map(|topic| topic.name == name)
     }
@@ -180,7 +182,8 @@ impl Topics {
     }
 }
 
-/// Pairs of topics whose names differ only by the words of one row. A picture with two transports counts once.
+/// Pairs of topics whose names differ only by the words of one row of [`SIDES`]. If a topic is also published
+/// compressed, only the uncompressed one counts.
 fn candidates(all: &[&Topic]) -> Vec<[Topic; 2]> {
     let mut once: Vec<&Topic> = Vec::new();
     for topic in all {
@@ -190,7 +193,7 @@ fn candidates(all: &[&Topic]) -> Vec<[Topic; 2]> {
             None => once.push(topic),
         }
     }
-    // A slash at the end, so that `/stereo_l` and `/stereo_l/image` are alike.
+    // With a slash at the end, the words `_l/` and `_r/` fit `/stereo_l` as well as `/stereo_l/image`.
     let ended = |topic: &Topic| format!("{}/", topic.stem());
     for [left, right] in SIDES {
         let partner = |topic: &&&Topic| {
@@ -211,7 +214,8 @@ fn candidates(all: &[&Topic]) -> Vec<[Topic; 2]> {
     Vec::new()
 }
 
-/// The `camera_info` of a bag's topics. It is read on demand, so a bad one does no harm if the rig is given.
+/// The `camera_info` of a bag's topics. It is decoded on demand, so that an invalid one does no harm if the user gives
+/// the rig.
 #[derive(Debug, Clone)]
 pub struct Infos {
     file: PathBuf,
@@ -222,7 +226,9 @@ pub struct Infos {
 }
 
 impl Infos {
-    /// The messages of these topics, out of all messages of a bag.
+    /// The `camera_info` of these topics.
+    ///
+    /// * `all`: the first `camera_info` message of every topic that has them, with the topic's name.
     pub(super) fn of(
         file: &Path,
         topics: &Topics,
@@ -241,7 +247,7 @@ impl Infos {
         }
     }
 
-    /// The rig; for rectified images `P` is the camera. `None` if there is no `camera_info`.
+    /// The rig. For rectified images the camera matrix is in `P`. `None` if a side has no `camera_info`.
     ///
     /// # Errors
     /// Names the topic, the key and the invalid value.
@@ -275,7 +281,7 @@ impl Infos {
         Ok(Some(resized::changed(&meta, [a?, b?])))
     }
 
-    /// The known facts about them in words, for an image without a rig.
+    /// Says on which topics `camera_info` is missing.
     #[must_use]
     pub fn missing(&self) -> String {
         let names = self.topics.0.each_ref().map(|topic| topic.infos().remove(0));
@@ -283,7 +289,7 @@ impl Infos {
     }
 }
 
-/// Pairs the images of a bag on arrival.
+/// Pairs the images of a bag as they are read.
 pub(super) struct Pairing<'a> {
     topics: &'a Topics,
     partners: Partners<ImageMessage>,
@@ -320,11 +326,13 @@ impl<'a> Pairing<'a> {
         }
     }
 
-    /// Ends the bag; `early`: why it ended early, if it did.
+    /// Hands out the rest at the end of the bag.
+    ///
+    /// * `early`: why the bag ended early, if it did.
     pub(super) fn finish(&mut self, early: Option<String>) {
         let rest = self.partners.finish();
         if self.hand_out(rest).is_continue() {
-            // A break has nothing left to end.
+            // This is the last item, so the answer does not matter.
             let _ = early.map(|why| (self.take)(Item::Skipped(why)));
         }
     }

@@ -1,4 +1,4 @@
-//! Folders of known layouts: `EuRoC`, KITTI, Middlebury, and plain left and right.
+//! Folders of known layouts: `EuRoC`, KITTI, Middlebury, and folders or files named left and right.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use super::folders::images;
 pub(super) struct Layout {
     /// Left and right images, each in the order of names.
     pub(super) sides: [Vec<PathBuf>; 2],
-    /// Files of its calibration; may be empty.
+    /// Files of the calibration; may be empty.
     pub(super) rig: Vec<PathBuf>,
     /// Numbers of the two cameras in the calibration, if the folders tell.
     pub(super) cameras: Option<[u8; 2]>,
@@ -39,7 +39,7 @@ const FOLDERS: [[&str; 2]; 18] = [
     ["dso/cam0/images", "dso/cam1/images"],
 ];
 
-/// Files of one pair, or of many, in one folder.
+/// Patterns of left and right files in one folder.
 const FILES: [[&str; 2]; 9] = [
     ["im0.*", "im1.*"],
     ["view1.*", "view5.*"],
@@ -52,7 +52,7 @@ const FILES: [[&str; 2]; 9] = [
     ["image_0_*", "image_1_*"],
 ];
 
-/// Files of a calibration, from the top of a data set; all files of a row are needed.
+/// Files of a calibration, from the top of a data set. The first row whose files all exist is used.
 const RIGS: [&[&str]; 11] = [
     &["mav0/cam0/sensor.yaml", "mav0/cam1/sensor.yaml"],
     &["cam0/sensor.yaml", "cam1/sensor.yaml"],
@@ -121,7 +121,7 @@ fn sides(top: &Path) -> Result<[Vec<PathBuf>; 2]> {
 mod tests {
     use super::*;
 
-    /// The sides of a folder with empty files of these names.
+    /// The left and right images that are found in a folder with empty files of these names.
     fn found(names: [&str; 2]) -> [Vec<PathBuf>; 2] {
         let top = tempfile::tempdir().unwrap();
         for name in names {

@@ -11,7 +11,7 @@ use super::Take;
 use super::bag::{Infos, Pairing, Topic, Topics, Wanted};
 use super::message::Encoding;
 
-/// Messages that are searched for topics and calibrations before the images are read.
+/// Number of messages that are searched for topics and calibrations before the images are read.
 const LOOK: usize = 4000;
 
 fn open(file: &Path) -> Result<MessageReader<BufReader<File>>> {

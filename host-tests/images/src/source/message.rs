@@ -1,6 +1,6 @@
 //! Images and calibrations in the messages of ROS: `sensor_msgs` `Image`, `CompressedImage`, `CameraInfo`.
 //!
-//! ROS 2 writes CDR (aligned, little endian after a header of 4 bytes), ROS 1 packs.
+//! ROS 2 writes CDR: a header of 4 bytes, then aligned little-endian fields. ROS 1 writes the fields without alignment.
 
 use std::fmt::Write;
 
@@ -81,7 +81,7 @@ impl<'a> Fields<'a> {
         Ok(std::str::from_utf8(bytes.strip_suffix(&[0]).unwrap_or(bytes))?)
     }
 
-    /// Time stamp, s.
+    /// Reads the header; returns its time stamp, s.
     fn header(&mut self) -> Result<f64> {
         if self.encoding == Encoding::Packed {
             let _sequence = self.u32()?;
@@ -102,7 +102,7 @@ impl ImageMessage {
         Ok(Self { topic: topic.to_owned(), stamp, encoding, compressed, bytes })
     }
 
-    /// Decodes it.
+    /// Decodes the image.
     ///
     /// # Errors
     /// Names the topic and the time.
@@ -159,7 +159,7 @@ impl ImageMessage {
 /// Layout of the pixels of an encoding, and grey weights of its channels in 256ths.
 struct Pixels {
     channels: usize,
-    /// Bytes of a channel.
+    /// Bytes of one channel of a pixel.
     bytes: usize,
     weights: [u32; 4],
     is_mosaic: bool,
@@ -197,10 +197,10 @@ impl Pixels {
     }
 }
 
-/// A colour mosaic as grey: with the weights 1 2 1 across and down, each pixel has half of green and a quarter each of
-/// red and blue, anywhere in the pattern.
+/// A colour mosaic as grey, smoothed with the weights 1 2 1 along rows and columns. At any place of the pattern, the
+/// result is half green, a quarter red and a quarter blue.
 fn without_mosaic(pixels: &[u16], [width, height]: [usize; 2]) -> Vec<u16> {
-    // Beyond a border, the next pixel but one has the same colour.
+    // The neighbour beyond a border is replaced by the neighbour on the other side, which has the same colour.
     let near = |i: usize, length: usize| {
         let after = if i + 1 < length { i + 1 } else { i.saturating_sub(1) };
         [i.checked_sub(1).unwrap_or(after), i, after]
@@ -217,11 +217,12 @@ fn without_mosaic(pixels: &[u16], [width, height]: [usize; 2]) -> Vec<u16> {
     (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| grey(x, y)).collect()
 }
 
-/// A `CameraInfo`: the YAML file that ROS writes for it, and the part of the sensor that its images cover.
+/// A `CameraInfo`: its calibration as the YAML file that ROS writes, and the part of the sensor that the images cover.
 #[derive(Debug, Clone)]
 pub(super) struct CameraInfo {
+    /// The calibration as YAML.
     pub(super) text: String,
-    /// Number of pixels combined, across and down.
+    /// Number of pixels combined into one, across and down; 0 means 1.
     pub(super) binning: [u32; 2],
     /// Region of interest before binning: x, y, width, height, px; width or height 0 means the whole sensor.
     pub(super) roi: [u32; 4],

@@ -29,9 +29,9 @@ pub use message::ImageMessage;
 #[derive(Debug, Clone)]
 pub struct Frame {
     from: From,
-    /// The left (0) or the right (1) half of a picture of both cameras.
+    /// The left (0) or the right (1) half, of a picture of both cameras.
     half: Option<usize>,
-    /// Whether it is turned by its EXIF data.
+    /// Whether the image is turned by its EXIF orientation.
     upright: bool,
 }
 
@@ -54,13 +54,13 @@ impl Frame {
         Self { from: From::Message(message), half: None, upright: false }
     }
 
-    /// The left (0) or the right (1) half of it.
+    /// The left (0) or the right (1) half of the image.
     #[must_use]
     pub fn half(self, side: usize) -> Self {
         Self { half: Some(side), ..self }
     }
 
-    /// Its file, if it is one.
+    /// Path of the image; `None` for a message.
     #[must_use]
     pub fn path(&self) -> Option<&Path> {
         match &self.from {
@@ -69,7 +69,7 @@ impl Frame {
         }
     }
 
-    /// Reads and decodes it.
+    /// Reads and decodes the image.
     ///
     /// # Errors
     /// Names the file or the message.
@@ -77,7 +77,7 @@ impl Frame {
         Ok(self.picture_and_turn()?.0)
     }
 
-    /// The same, with the turn of its EXIF data, applied or not.
+    /// Reads and decodes the image, and returns its EXIF orientation, whether it was applied or not.
     ///
     /// # Errors
     /// As [`Frame::picture`].
@@ -111,7 +111,7 @@ impl fmt::Display for Frame {
 pub enum Item {
     /// A pair, left first.
     Pair([Frame; 2]),
-    /// An item that is not a pair, and why.
+    /// Why an item is not a pair, with its name.
     Skipped(String),
 }
 
@@ -125,11 +125,11 @@ pub struct Source {
     pub name: String,
     /// The rig of the source.
     pub rig: RigOf,
-    /// Numbers of its cameras in a calibration of several, if its folders tell.
+    /// Numbers of the two cameras in a calibration of several, if the names of the folders tell.
     pub cameras: Option<[u8; 2]>,
     /// Number of pairs, if known before they are read.
     pub count: Option<usize>,
-    /// Whether left and right files are turned by their EXIF data.
+    /// Whether left files, and right files, are turned by their EXIF orientation.
     pub upright: [bool; 2],
     /// Largest difference of the time stamps of a pair, s.
     tolerance_s: f64,
@@ -156,14 +156,15 @@ enum Kind {
     Rosbag { file: PathBuf, topics: Topics },
 }
 
-/// Ratio of width to height above which a picture counts as two side by side: above cinema formats, below two of 5 : 4.
+/// Ratio of width to height from which on a picture counts as two side by side: above cinema formats, and below two
+/// pictures of 5 : 4.
 const WIDE: f64 = 2.45;
 
-/// Largest difference of time stamps for which a sufficient tolerance is suggested, s.
+/// Largest difference of time stamps, s, for which the error text suggests a larger tolerance.
 const FAR_S: f64 = 0.5;
 
 impl Source {
-    /// Opens a source: one place, or a left and a right one.
+    /// Opens a source: one place, or a left and a right place.
     ///
     /// * `tolerance_s`: largest difference of the time stamps of a pair.
     ///
@@ -276,14 +277,14 @@ impl Source {
         Self::new(name, rig, Kind::Files { found, side_by_side: false }, tolerance_s)
     }
 
-    /// Pictures of both cameras.
+    /// A source of pictures that show both cameras side by side.
     fn side_by_side(name: String, images: Vec<PathBuf>, tolerance_s: f64) -> Self {
         let pairs = images.into_iter().map(|path| [path.clone(), path]).collect();
         let found = PairedFiles { pairs, ..PairedFiles::default() };
         Self::new(name, RigOf::Nothing, Kind::Files { found, side_by_side: true }, tolerance_s)
     }
 
-    /// The choice in words, if there was one.
+    /// The chosen topics, or that pictures are halved, in words; `None` for plain left and right files.
     #[must_use]
     pub fn choice(&self) -> Option<String> {
         match &self.kind {
@@ -302,7 +303,7 @@ impl Source {
         }
     }
 
-    /// Why it has no pairs, in words: the distance of the nearest time stamps.
+    /// Why the source has no pairs, in words, with the difference of the nearest time stamps.
     #[must_use]
     pub fn without_pairs(&self) -> String {
         let nearest = match &self.kind {
@@ -324,7 +325,7 @@ impl Source {
         )
     }
 
-    /// The least difference of the stamps of a bag, s.
+    /// Least difference of the time stamps of a left and a right image of a bag, s; `None` above [`FAR_S`].
     fn nearest_stamps(&self) -> Option<f64> {
         let mut nearest: Option<f64> = None;
         let mut take = |item: Item| {
@@ -344,7 +345,7 @@ impl Source {
     /// Hands out all items, one at a time.
     ///
     /// # Errors
-    /// If a bag cannot be opened. A damaged rest of it is reported as a skipped item.
+    /// If a bag cannot be opened. A damaged part of a bag is reported as a skipped item.
     pub fn read(&self, take: Take<'_>) -> Result<()> {
         self.read_within(self.tolerance_s, take)
     }
@@ -371,7 +372,7 @@ impl Source {
     }
 }
 
-/// Whether the first picture of a folder is as wide as two.
+/// Whether the first picture is as wide as two side by side.
 fn is_wide(images: &[PathBuf]) -> bool {
     let size = images.first().and_then(|path| image::image_dimensions(path).ok());
     size.is_some_and(|(width, height)| f64::from(width) >= WIDE * f64::from(height))

@@ -1,33 +1,35 @@
-//! The numbers in the names of images: which of them is the frame number or the time.
+//! Finds out which number in the names of images is the frame number or the time.
 
 use std::path::{Path, PathBuf};
 
-/// Range of seconds since 1970, from 2001 to 2033; names have such times in units of various fractions of a second.
+/// Range of times that names may have, s since 1970: the years 2001 to 2033.
 const EPOCH_S: [f64; 2] = [1e9, 2e9];
+
+/// Units of such times, per second: nanoseconds, microseconds, milliseconds.
 const UNITS: [f64; 3] = [1e9, 1e6, 1e3];
 
-/// Digits from which another number counts as a time in nanoseconds.
+/// Number of digits from which a number outside [`EPOCH_S`] counts as a time in nanoseconds.
 const NANOSECONDS: usize = 16;
 
-/// Spacing of frame numbers as times: far enough that only equal numbers become partners, s.
+/// Spacing of frame numbers that are taken as times, s: so large that only equal numbers become partners.
 const FRAME_S: f64 = 1e9;
 
-/// The numbers of a name, as digits.
+/// The numbers in a name, as strings of digits.
 fn runs(path: &Path) -> Option<Vec<String>> {
     let stem = path.file_stem()?.to_str()?;
     let all = stem.split(|c: char| !c.is_ascii_digit()).filter(|run| !run.is_empty());
     Some(all.map(str::to_owned).collect())
 }
 
-/// A time for each file of both sides, s; for numbered frames a number that only the partner shares. `None` if the
-/// names do not tell: without numbers, with different patterns, or with repetitions.
+/// A time for each file of both sides, s. For numbered frames it is a multiple of [`FRAME_S`] that only the partner
+/// shares. `None` if the names have no numbers, have different patterns, or repeat a number.
 pub(super) fn keys(sides: [&[PathBuf]; 2]) -> Option<[Vec<f64>; 2]> {
     let all: [Vec<Vec<String>>; 2] = [numbers(sides[0])?, numbers(sides[1])?];
     let count = all.iter().flatten().next()?.len();
     if count == 0 || all.iter().flatten().any(|numbers| numbers.len() != count) {
         return None;
     }
-    // A number that is equal in all names of a side is its camera or its run.
+    // A number that is equal in all names of each side is the number of the camera or of the run.
     let varies =
         |i: usize| all.iter().any(|side| side.iter().any(|numbers| numbers[i] != side[0][i]));
     let varying: Vec<usize> = (0..count).filter(|i| varies(*i)).collect();
@@ -47,7 +49,9 @@ fn numbers(side: &[PathBuf]) -> Option<Vec<Vec<String>>> {
     side.iter().map(|path| runs(path)).collect()
 }
 
-/// Forms of time: `sec.frac`, about ten digits, a point and a fraction; or `sec_nsec` with nine digits, or six.
+/// Times, s, from names that have them as two numbers; `None` for other names. Either a point separates seconds and
+/// their fraction, or the seconds since 1970 are followed by nanoseconds (7 to 9 digits) or microseconds (up to 6
+/// digits).
 fn seconds_and_fraction(
     sides: [&[PathBuf]; 2],
     all: &[Vec<Vec<String>>; 2],
@@ -66,8 +70,8 @@ fn seconds_and_fraction(
         numbers[first].parse().is_ok_and(|s: f64| (EPOCH_S[0]..EPOCH_S[1]).contains(&s))
     });
     let longest = all.iter().flatten().map(|numbers| numbers[last].len()).max()?;
-    // `cam0.0001` is a frame of a camera: in a time since the start the seconds vary, and the fraction has three digits
-    // or more.
+    // `cam0.0001` is frame 1 of camera 0. In times since a start, in contrast, the seconds vary, and the fraction has
+    // three or more digits.
     let fine = all.iter().flatten().all(|numbers| numbers[last].len() >= 3);
     let is_time = if is_epoch {
         is_dotted || longest <= 9
@@ -93,7 +97,8 @@ fn seconds_and_fraction(
     Some([times(0)?, times(1)?])
 }
 
-/// One varying number is a time if it is long enough, otherwise a frame number. Several varying numbers are combined.
+/// Times from names with one number that varies, if it is a time. Otherwise the varying numbers together are the number
+/// of a frame.
 fn counted(all: &[Vec<Vec<String>>; 2], varying: &[usize]) -> Option<[Vec<f64>; 2]> {
     if let [one] = varying
         && let Some(times) = times(all, *one)
@@ -116,6 +121,7 @@ fn counted(all: &[Vec<Vec<String>>; 2], varying: &[usize]) -> Option<[Vec<f64>; 
     Some([keys[0].iter().map(rank).collect(), keys[1].iter().map(rank).collect()])
 }
 
+/// Times, s, if the numbers at this position are times in one of [`UNITS`].
 fn times(all: &[Vec<Vec<String>>; 2], i: usize) -> Option<[Vec<f64>; 2]> {
     let parse = |side: usize| {
         all[side].iter().map(|numbers| numbers[i].parse().ok()).collect::<Option<Vec<u128>>>()

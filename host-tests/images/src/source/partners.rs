@@ -1,11 +1,11 @@
-//! Partners of left and right images: by time stamp, by the number in the name, or in order.
+//! Pairs left and right images: by time stamp, by the number in the name, or in order.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use super::names;
 
-/// Largest number of waiting images without a partner.
+/// Largest number of images of a side that wait for a partner.
 const WAITING: usize = 64;
 
 /// Pairs of files, and files without a partner.
@@ -13,13 +13,13 @@ const WAITING: usize = 64;
 pub(super) struct PairedFiles {
     pub(super) pairs: Vec<[PathBuf; 2]>,
     pub(super) skipped: Vec<String>,
-    /// Time between the two nearest images of both sides, s, if the names are time stamps.
+    /// Least difference of the times of a left and a right image, s; `None` if the names tell no times.
     pub(super) nearest_s: Option<f64>,
 }
 
 /// Finds the partners of left and right files.
 pub(super) fn of_files([left, right]: [Vec<PathBuf>; 2], tolerance_s: f64) -> PairedFiles {
-    // A single file on each side makes a pair for any names: im0.png and im1.png.
+    // A single file on each side makes a pair whatever the names, such as im0.png and im1.png.
     if left.len() == 1 && right.len() == 1 {
         return in_order(left, right);
     }
@@ -107,7 +107,7 @@ impl<T> Partners<T> {
         decided
     }
 
-    /// Images still waiting at the end.
+    /// Gives up the images that still wait at the end.
     pub(super) fn finish(&mut self) -> Vec<Partner<T>> {
         let mut decided = Vec::new();
         for side in 0..2 {
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_shifts_nothing_whichever_number_of_a_name_counts() {
+    fn a_gap_shifts_nothing_whichever_number_of_a_name_is_the_frame_or_the_time() {
         for (left, right) in [
             (
                 ["frame0001_cam0.png", "frame0002_cam0.png", "frame0004_cam0.png"],
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn the_nearest_stamps_are_known_where_none_are_near() {
+    fn the_nearest_stamps_are_known_if_no_pair_is_within_the_tolerance() {
         let left = paths(&["1403636579763555584.png", "1403636579813555456.png"]);
         let right = paths(&["1403636579771555584.png", "1403636579821555456.png"]);
         let found = of_files([left, right], 0.005);
@@ -204,14 +204,14 @@ mod tests {
     }
 
     #[test]
-    fn names_without_numbers_pair_in_order_and_the_longer_folder_says_so() {
+    fn names_without_numbers_pair_in_order_and_surplus_images_are_skipped() {
         let (pairs, alone) = names(&["a.png", "b.png", "c.png"], &["x.png", "y.png"]);
         assert_eq!(pairs, [["a.png", "x.png"], ["b.png", "y.png"]]);
         assert_eq!(alone, 1);
     }
 
     #[test]
-    fn a_stream_without_partners_is_dropped_and_not_hoarded() {
+    fn images_of_a_stream_without_partners_are_dropped() {
         let mut partners = Partners::new(0.01);
         let alone: usize = (0..1000).map(|i| partners.push(0, f64::from(i), i).len()).sum();
         assert_eq!(alone, 1000 - WAITING);

@@ -13,7 +13,7 @@ use super::Take;
 use super::bag::{Infos, Pairing, Topic, Topics, Wanted};
 use super::message::Encoding;
 
-/// Messages that are searched for topics and calibrations before the images are read.
+/// Number of messages that are searched for topics and calibrations before the images are read.
 const LOOK: usize = 4000;
 
 /// Length of the padded header of a bag after the version, bytes.
@@ -22,7 +22,10 @@ const HEAD: u64 = 4096;
 /// A message: topic, type, bytes.
 type Message<'a> = (&'a str, &'a str, &'a [u8]);
 
-/// Hands out all messages; an error where the damaged part of the bag starts.
+/// Hands out all messages.
+///
+/// # Errors
+/// Where a damaged part of the bag starts.
 fn messages(
     bag: &RosBag,
     take: &mut dyn FnMut(Message<'_>) -> ControlFlow<()>,
@@ -82,7 +85,7 @@ pub(super) fn look(file: &Path, wanted: &Wanted) -> Result<(Topics, Infos)> {
         seen += 1;
         if seen < LOOK { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
     };
-    // A damaged rest is reported when it is read.
+    // A damaged part is reported when the images are read.
     let _ = messages(&open(file)?, &mut note);
     let topics = Topics::choose(&all, wanted).with_context(|| file.display().to_string())?;
     let infos = Infos::of(file, &topics, &infos, Encoding::Packed);

@@ -16,7 +16,7 @@ class SelfcalError(Exception):
     kind : str
         Name of the error within its class, as in Rust: ``"TooFew"``.
     code : int
-        Number of the remedy: errors that ask for the same have the same number, in the C API too.
+        Number of the remedy, as in the C API: errors with the same remedy have the same number.
     advice : str
         Remedy.
     """

@@ -726,7 +726,7 @@ def solve_pairs(
     """
 
 def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> Rig:
-    """Read the rig of a file or folder: OpenCV, Kalibr, ROS, EuRoC, KITTI, Middlebury, RealSense, Luxonis, meta.json.
+    """Read the rig of a file or folder: meta.json, or any format that ``selfcal import`` reads.
 
     Parameters
     ----------
@@ -796,7 +796,7 @@ def check(
     focal_px : float, optional
         Guess the calibration from this focal length, px.
     every, pairs : int
-        Take every so many pairs, and at most so many.
+        Take one of so many pairs, and at most so many pairs in all.
     """
 
 def encode_frame(

@@ -13,7 +13,7 @@ __all__ = ["Check", "Finding", "Frame", "Matches", "Sd"]
 
 Array: TypeAlias = npt.NDArray[np.float64]
 
-#: State of the estimate, from the first pairs to confirmed.
+#: State of the estimate after a pair.
 State: TypeAlias = Literal["acquiring", "locked", "suspect", "lost"]
 
 

@@ -1,7 +1,7 @@
 //! One test for each erratum of the paper: the core's form holds, the printed one does not.
 //!
-//! Erratum 1 (sign of `J_0`) is tested in `baselines::literal_paper`; the half of erratum 6
-//! about arccos in `metrics` of the core.
+//! Erratum 1 (sign of `J_0`) is tested in `rivals::literal_paper`; the half of erratum 6 about arccos in `metrics` of
+//! the core.
 
 use host_tests::data::Rays;
 use host_tests::run::{RunLog, replay};
@@ -65,7 +65,7 @@ fn erratum_5_the_solver_goes_on_until_the_step_is_small() {
     let scene = Scene { rig: tilted(), noise_px: 0.0, ..Scene::default() };
     let log = run(&scene, 1, 5);
     let solved = log.steps()[0].solved.unwrap();
-    // By "insufficiently small" it would have stopped at the first, large step.
+    // By the printed "insufficiently small" the solver would have stopped at the first, large step.
     assert!(solved.passes > 3, "{}", solved.passes);
     let error = solved.error.unwrap();
     assert!(error.translation < 1e-4 && error.rotation < 1e-4);

@@ -202,7 +202,7 @@ fn the_quick_rows_of_the_campaigns_are_what_they_measure() {
     assert!(equal.lines().count() >= 6, "{equal}");
 }
 
-/// With a comma between thousands.
+/// The number, with a comma between thousands.
 fn bytes(n: usize) -> String {
     if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }
 }

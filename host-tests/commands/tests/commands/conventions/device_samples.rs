@@ -122,7 +122,7 @@ pub(crate) const LUXONIS: &str = r#"{"cameraData": [
  "stereoRectificationData": {"leftCameraSocket": 255, "rightCameraSocket": -1}}
 "#;
 
-/// Its log adds the prefixes.
+/// Output of `get_img_params`, whose log adds the prefixes.
 pub(crate) const MYNT: &str = "I0904 17:05:57.1 12659 utils.cc:43] Only one MYNT EYE device, select index: 0
 I0904 17:05:57.2 12659 get_img_params.cc:25] Intrinsics left: {width: 752, height: 480, fx: 353.25, fy: 353.75, cx: 366.5, cy: 231.25, model: 0, coeffs: [-0.27, 0.057, -0.00073, -0.00033, 0.0]}
 I0904 17:05:57.2 12659 get_img_params.cc:26] Intrinsics right: {equidistant, width: 752, height: 480, k2: -0.024, k3: 0.002, k4: -0.003, k5: -0.0002, mu: 366.5, mv: 366.75, u0: 388.25, v0: 236.5}

@@ -28,7 +28,7 @@ const RUST: [&str; 16] = [
     "Error {",
 ];
 
-/// Words of which every refusal has one: they tell what to do.
+/// Every refusal has one of these words: they tell what to do.
 const ADVICE: [&str; 13] = [
     "expected ",
     "use ",
@@ -45,10 +45,10 @@ const ADVICE: [&str; 13] = [
     "(--size ",
 ];
 
-/// Damaged files of each format: a few, and many where there is time.
+/// Number of damaged files of each format: of a usual run, and with `CAMPAIGN=1`.
 const EACH: [usize; 2] = [40, 200];
 
-/// One in so many rigs read is written again.
+/// One of so many damaged files that are read is also written again.
 const WRITTEN: usize = 10;
 
 /// Adds a random damage to a text.

@@ -1,5 +1,5 @@
-//! Peculiarities of files that people post, each with the answer from its numbers alone. The guide of the command lists
-//! the threads.
+//! Peculiarities of files that people post, each with the answer from its numbers alone. The README of the command
+//! lists their sources.
 #![allow(clippy::float_cmp, reason = "numbers of a file come out as they are")]
 
 use host_tests::data::{LensModel, Meta};

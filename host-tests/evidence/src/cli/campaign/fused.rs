@@ -66,7 +66,8 @@ pub(super) struct Figures {
     /// Runs that lock, and the pair by which all of these have locked.
     pub(super) locked: usize,
     pub(super) by_pair: usize,
-    /// Locked pairs, those off by more than 5 reported deviations, and runs so at lock.
+    /// Numbers of locked pairs, of locked pairs off by more than 5 reported deviations, and of runs off by as much when
+    /// they lock.
     pub(super) beyond: [usize; 3],
     /// Mean and most passes, locked and before.
     pub(super) passes: [[f64; 2]; 2],

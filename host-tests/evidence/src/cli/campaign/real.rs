@@ -15,8 +15,8 @@ use super::real_cases::{Case, all};
 /// Meaning of the columns.
 const LEGEND: &str = "\
 mrad. e_t, e_R: error of the estimate at the end, median and worst of the runs. fit: joint fit of all true
-matches, RMS; x fit: RMS error over it (no yardstick where disparities drown in noise: there bound, Cramer-Rao;
-none at all where landmarks keep their errors).
+matches, RMS; x fit: RMS error over it (meaningless where disparities drown in noise: there bound, Cramer-Rao, counts;
+meaningless too where landmarks keep their errors).
 sd: reported, median. /sd: error over it, 95 % and worst. NEES: over its 5 degrees of freedom, 1 if consistent.
 lock: runs locked at the end, ever. armed: % of runs after 10 pairs, 50, the last. bad: runs with a locked pair
 beyond 5 sd; >5sd: % of locked pairs so, of armed pairs. use: e_t in use, median and worst; x start: its worst

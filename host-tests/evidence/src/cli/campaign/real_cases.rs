@@ -191,7 +191,7 @@ fn depth() -> Result<Vec<Case>> {
     Ok(cases)
 }
 
-/// A turn of yaw and rows off by `a x y`, from no factory calibration: what ranges and motion tell.
+/// A turn of yaw and rows off by `a x y`, without a factory calibration, with ranges or motion that tell them apart.
 fn witnesses() -> Result<Vec<Case>> {
     let ranges = [0.01, 0.03, 0.1].map(|sd| {
         let rangefinder = Some(Rangefinder { baseline_m: 0.12, sd, nearer: 0.1 });
@@ -214,7 +214,7 @@ fn witnesses() -> Result<Vec<Case>> {
     none.into_iter().chain(ranges).chain(motions).map(case).collect()
 }
 
-/// Matches that no calibration may be drawn from.
+/// Matches that must not lead to a calibration.
 fn mistakes() -> Vec<Case> {
     let case = |(name, mistake)| {
         let mut case = Case::new("mistake", name, ScenarioKind::Far, 40);

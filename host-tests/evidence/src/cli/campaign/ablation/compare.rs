@@ -13,17 +13,17 @@ use super::AS_IT_IS;
 use super::measure::Figures;
 use super::tree::Mechanism;
 
-/// A difference counts from so many of its standard errors on. With 1,500 figures, chance gives such a difference in one
+/// Least difference that counts, in its standard errors. With 1,500 figures, chance gives such a difference in one
 /// mechanism of ten.
 const STANDARD_ERRORS: f64 = 4.0;
 
-/// A ratio of errors counts from here on.
+/// Least ratio of errors that counts.
 const RATIO: f64 = 1.03;
 
-/// A difference of shares counts from here on.
+/// Least difference of shares that counts.
 const SHARE: f64 = 0.01;
 
-/// Name of a figure, the figure, from which difference on it counts, and whether more is worse.
+/// Name of a figure, the figure, the least difference that counts, and whether more is worse.
 type Part = (&'static str, fn(&Figures) -> f64, f64, bool);
 
 type Runs = BTreeMap<String, BTreeMap<u64, Figures>>;

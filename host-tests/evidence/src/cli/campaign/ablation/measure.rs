@@ -53,7 +53,7 @@ pub(super) struct Figures {
     pub(super) armed: f64,
     /// Changes of the estimate of a rig that has not turned; NaN for a drift.
     pub(super) alarms: f64,
-    /// Pairs from the step to its detection; NaN without.
+    /// Pairs from the step to its detection; NaN without a step or a detection.
     pub(super) found: f64,
     /// Passes over all pairs.
     pub(super) passes: f64,
@@ -310,7 +310,7 @@ pub(super) fn measure(
                     writeln!(file, "{};{seed};{}", row.name, figures.line())?;
                 }
             }
-            // Tells that the row is complete.
+            // Marks the row as complete.
             writeln!(file, "{last}")?;
         }
     }

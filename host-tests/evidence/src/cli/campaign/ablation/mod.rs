@@ -35,7 +35,7 @@ pub struct Ablation {
     #[arg(long, default_value_t = 60, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pairs: u16,
 
-    /// Mechanisms whose name begins so; default all.
+    /// Only mechanisms whose name begins with one of these [default: all].
     #[arg(long, value_name = "PREFIX", num_args = 1..)]
     only: Vec<String>,
 

@@ -229,7 +229,7 @@ fn table(
     Table { name, heading, rows: rows.iter().map(row).collect(), quick }
 }
 
-/// Figures of all cases after each number of pairs that is reported: those of a pair before the last come first.
+/// Figures of all cases after each reported number of pairs, case by case. The last ones of a case are of its end.
 fn ends(cases: &[Vec<Figures>]) -> impl Iterator<Item = &Figures> + Clone {
     cases.iter().flatten()
 }
