@@ -106,10 +106,6 @@ pub(crate) const MAX_VIBRATION_RAD: f64 = 7e-3;
 pub(crate) const TURN_RAD: f64 = 5.2e-4;
 pub(crate) const MAX_TURN_RATIO: f64 = 4.0;
 
-/// Largest number of pairs that are dropped once they turn out to be shaken; the last pair is kept. A larger number
-/// loses more pairs; a smaller one keeps sums that are not a mean over the vibration.
-pub(crate) const FORGOTTEN_PAIRS: u32 = 16;
-
 /// Prior deviation of a pair about the estimate that it is tracked from (0.05 degrees), for each unknown. A larger
 /// value weakens the covariance gating of outliers; a smaller one resists a small step.
 pub(crate) const FREEDOM_RAD: f64 = 8.7e-4;
@@ -289,12 +285,11 @@ pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 /// share of outliers. A larger limit locks on a wrong baseline that fits some of the matches; a smaller one costs time.
 pub(crate) const OPEN_COST: f64 = 0.4;
 
-/// Decay factors per pair of the short and of the long window (about 10 and 50 pairs), and number of pairs of the short
-/// window. The short window counts as this number of pairs when it replaces older pairs, and the share of a crowd is a
-/// mean over this number. Larger factors detect small changes later; smaller ones forget them.
-pub(crate) const SHORT_DECAY: f64 = 0.9;
-pub(crate) const LONG_DECAY: f64 = 0.98;
-pub(crate) const SHORT_PAIRS: u32 = 10;
+/// Decay factor per pair of the window of the change detection (about 10 pairs), and number of its pairs. The window
+/// counts as this number of pairs when it replaces older pairs, and the share of a crowd is a mean over this number. A
+/// larger factor or number detects small changes later; a smaller one forgets them.
+pub(crate) const WINDOW_DECAY: f64 = 0.9;
+pub(crate) const WINDOW_PAIRS: u32 = 10;
 
 /// Number of pairs before a change is detected: the least number that replaces older pairs. A larger number detects
 /// later; a smaller one leaves a weak estimate.
@@ -340,10 +335,11 @@ pub(crate) const CAUSE_SHARE: u32 = 8;
 /// limit arms with a wrong lens; a smaller one disarms with a poorly calibrated one.
 pub(crate) const GROSS_LENS: f64 = 4.0;
 
-/// Test for depth among matches with a common motion. The sum of their scores must exceed the first value in deviations
-/// of chance, and the second value as a share of the matches. A restart keeps the third number of matches. Larger
-/// limits disarm a far scene for longer; smaller ones arm with one image on both sides, by chance or by mismatches
-/// along rows.
+/// Test for depth among matches with a common motion: decay factor per pair of the sums. The sum of the scores must
+/// exceed the second value in deviations of chance, and the third value as a share of the matches. A restart keeps the
+/// fourth number of matches. Larger limits disarm a far scene for longer; smaller ones arm with one image on both sides,
+/// by chance or by mismatches along rows.
+pub(crate) const RELIEF_DECAY: f64 = 0.98;
 pub(crate) const RELIEF_SHOWN: f64 = 5.0;
 pub(crate) const RELIEF_SHARE: f64 = 0.05;
 pub(crate) const RELIEF_KEPT: f64 = 200.0;

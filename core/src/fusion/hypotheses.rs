@@ -40,14 +40,14 @@ impl<T: Scalar> Champion<T> {
         let mut update = Update::NONE;
         self.hypothesis.next_update(measurement, context, &mut update)?;
         let was_known = self.hypothesis.vibration_known();
-        let moved = self.hypothesis.apply(measurement, &mut update, context);
+        self.hypothesis.apply(measurement, &mut update, context);
         let Self { hypothesis, detector } = self;
         if hypothesis.vibration_known() != was_known {
-            // The earlier pairs in the windows were weighted for another kind of rig (rigid or vibrating), or their
+            // The earlier pairs in the window were weighted for another kind of rig (rigid or vibrating), or their
             // moments were transformed in another way ([`Hypothesis::settle`]).
             detector.restart();
         }
-        Ok(detector.add(hypothesis, &update.pair, measurement, &moved, context))
+        Ok(detector.add(hypothesis, &update.pair, measurement, context))
     }
 
     /// Adds a pair, and renews the hypothesis if the rig has changed.

@@ -27,7 +27,7 @@ use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_SHARE, DRIFT_DECAY, FREEDOM_RAD, IMPROVEMENT,
-    MAX_LOCKED_SD_RAD, MAX_REDUCED_CHI_SQUARE, SHORT_DECAY, SHORT_PAIRS,
+    MAX_LOCKED_SD_RAD, MAX_REDUCED_CHI_SQUARE, WINDOW_DECAY, WINDOW_PAIRS,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -160,7 +160,7 @@ impl<T: Scalar> Hypothesis<T> {
         optimum.descend(&sums, &self.frame, context)
     }
 
-    /// Applies an update. Returns the step of the pose, rad.
+    /// Applies an update.
     ///
     /// * `update`: its moments are transformed if the frame of the sums changes.
     #[inline(never)]
@@ -169,22 +169,22 @@ impl<T: Scalar> Hypothesis<T> {
         measurement: &PairMeasurement<T>,
         update: &mut Update<T>,
         context: &Context<'_, T>,
-    ) -> Vector5<T> {
+    ) {
         let Update { pair, optimum, marginal } = update;
         if (marginal.variances.of_turns() > T::ZERO) != self.settles_at_rest() {
-            self.begin_or_end_settling_at_rest(&marginal.variances, pair);
+            self.begin_or_end_settling_at_rest(pair);
         }
         self.update_chi_square(measurement, context);
         self.sums.scale(context.fading(self.pairs));
         self.pairs = self.pairs.saturating_add(1);
         self.drift *= T::lit(DRIFT_DECAY);
         for (sum, new) in self.high_leverage.iter_mut().zip(measurement.high_leverage) {
-            *sum = *sum * T::lit(SHORT_DECAY) + new;
+            *sum = *sum * T::lit(WINDOW_DECAY) + new;
         }
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
         self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
-        let gain = T::ONE / T::count(self.pairs.min(SHORT_PAIRS));
+        let gain = T::ONE / T::count(self.pairs.min(WINDOW_PAIRS));
         self.crowd += (measurement.crowd - self.crowd) * gain;
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
@@ -192,7 +192,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.settle(pair, &marginal.variances);
         if marginal.is_used() {
             self.apply_marginal(measurement, marginal, &moved, context);
-            return moved;
+            return;
         }
         match self.deviations(context) {
             Some(sd) => self.halves.follow(&moved, &sd, context),
@@ -200,7 +200,6 @@ impl<T: Scalar> Hypothesis<T> {
         }
         let to_pose = measurement.pose.unknowns_to(&self.pose);
         self.halves.add(measurement, &to_pose, context);
-        moved
     }
 
     /// Changes the frame of the sums to the pose, because sums lose digits in `f32` if the pose is far from their

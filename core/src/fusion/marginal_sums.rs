@@ -6,7 +6,6 @@ use nalgebra::Vector5;
 use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::scalar::Scalar;
-use crate::thresholds::FORGOTTEN_PAIRS;
 
 /// Normal equations of all pairs about the pose of the hypothesis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,24 +24,16 @@ impl<T: Scalar> MarginalSums<T> {
         !self.variances.is_zero()
     }
 
-    /// Starts with the pairs so far, as if each had an equal share of their sum. If there are only a few pairs, all but
-    /// the last are dropped. They were weighted as for a rigid rig, so vibration along well-determined directions moves
-    /// their mean along weak directions.
+    /// Starts with the pairs so far, as if each had an equal share of their sum.
     ///
-    /// * `sum`: equations of all pairs for a rigid rig, about the pose; `last`: the same for the last pair; `pairs`:
-    ///   number of pairs.
+    /// * `sum`: equations of all pairs for a rigid rig, about the pose; `pairs`: number of pairs.
     pub(super) fn start(
         &mut self,
         sum: &NormalEquations<T>,
-        last: &NormalEquations<T>,
         pairs: u32,
         variances: &BlockVariances<T>,
     ) -> Option<()> {
-        self.sum = if pairs <= FORGOTTEN_PAIRS {
-            variances.marginal(last)?
-        } else {
-            mean_of(pairs, variances).marginal(sum)?
-        };
+        self.sum = mean_of(pairs, variances).marginal(sum)?;
         self.variances = *variances;
         Some(())
     }

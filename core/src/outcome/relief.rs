@@ -2,7 +2,7 @@
 //! before it shows a baseline direction; the same image on both sides never does (`ESTIMATOR.md`, section 16).
 
 use crate::scalar::Scalar;
-use crate::thresholds::{LONG_DECAY, RELIEF_KEPT, RELIEF_SHARE, RELIEF_SHOWN};
+use crate::thresholds::{RELIEF_DECAY, RELIEF_KEPT, RELIEF_SHARE, RELIEF_SHOWN};
 
 /// A test over the last pairs: whether the motions of their matches differ more along rows than across them.
 #[derive(Debug, Clone, Copy)]
@@ -18,7 +18,7 @@ impl<T: Scalar> Relief<T> {
 
     /// Adds a pair, given as the sum of the scores of its matches and their number.
     pub(crate) fn add(&mut self, [excess, matches]: [T; 2]) {
-        let decay = T::lit(LONG_DECAY);
+        let decay = T::lit(RELIEF_DECAY);
         self.excess = self.excess * decay + excess;
         self.matches = self.matches * decay + matches;
     }

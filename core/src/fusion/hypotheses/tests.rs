@@ -5,7 +5,7 @@ use super::*;
 use crate::algebra::block_variances::BlockVariances;
 use crate::depth::mount::MountYaw;
 use crate::fusion::lens_reference::LensReference;
-use crate::thresholds::SHORT_PAIRS;
+use crate::thresholds::WINDOW_PAIRS;
 use nalgebra::Vector5;
 use std::vec::Vec;
 
@@ -114,8 +114,8 @@ fn ten_pairs_after_a_renewal_the_sums_hold_no_pair_from_before_the_change() {
     });
     let fused: Vec<_> = fused.collect();
     let renewed = fused.iter().rposition(|(fused, ..)| *fused == Fused::Renewed).unwrap();
-    let ten_later = renewed + usize::try_from(SHORT_PAIRS).unwrap();
+    let ten_later = renewed + usize::try_from(WINDOW_PAIRS).unwrap();
     let [before, after] = [fused[ten_later - 1], fused[ten_later]];
-    assert_eq!((before.1, after.1), (2 * SHORT_PAIRS - 1, SHORT_PAIRS));
+    assert_eq!((before.1, after.1), (2 * WINDOW_PAIRS - 1, WINDOW_PAIRS));
     assert!(before.2 > 0.2 * turned && after.2.abs() < 0.1 * turned, "{before:?} {after:?}");
 }

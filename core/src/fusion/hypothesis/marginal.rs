@@ -11,7 +11,6 @@ use crate::fusion::optimum::MAX_INCONSISTENCY;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
-use crate::thresholds::{FORGOTTEN_PAIRS, FREEDOM_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
     /// Returns whether the pairs are weighted as for a rigid rig.
@@ -33,21 +32,11 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Starts or ends the mode in which pairs are settled as if the rig rested at the frame of the sums. In both cases
     /// the frame becomes the estimate: sums of a rig at rest have their optimum at the frame, other sums at the
-    /// estimate. If there are only a few pairs and the vibration is large, the pairs are dropped, because they contain
-    /// the vibration.
+    /// estimate.
     ///
-    /// * `variances`: variances of the vibration, rad^2; `next`: moments of the next pair in the frame of the sums,
-    ///   which are transformed too.
+    /// * `next`: moments of the next pair in the frame of the sums, which are transformed too.
     #[inline(never)]
-    pub(super) fn begin_or_end_settling_at_rest(
-        &mut self,
-        variances: &BlockVariances<T>,
-        next: &mut Moments<T>,
-    ) {
-        let shaken = variances.of_turns() > T::lit(FREEDOM_RAD * FREEDOM_RAD);
-        if self.pairs <= FORGOTTEN_PAIRS && shaken {
-            self.sums = Moments::ZERO;
-        }
+    pub(super) fn begin_or_end_settling_at_rest(&mut self, next: &mut Moments<T>) {
         next.change_frame(&self.frame, &self.pose);
         self.reframe();
     }
@@ -117,7 +106,7 @@ impl<T: Scalar> Hypothesis<T> {
         *marginal = self.marginal;
         if self.is_rigid() {
             let sum = self.sums.debiased_at_pose(&self.frame, &self.pose);
-            marginal.start(&sum, &self.last, self.pairs, &now)?;
+            marginal.start(&sum, self.pairs, &now)?;
         } else {
             marginal.follow(self.pairs, &now)?;
         }
