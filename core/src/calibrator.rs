@@ -40,7 +40,7 @@ use step::Step;
 /// [`Calibrator::push_witness`]. The next pushed correspondence begins a new batch.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct the calibrator in its static cell with
-/// `StaticCell::init_with(|| Calibrator::new(..))`. That needs 11.1 kB less flash than a `const` block (256
+/// `StaticCell::init_with(|| Calibrator::new(..))`. That needs 11 kB less flash than a `const` block (256
 /// correspondences, `f32`), because the value of a `const` block is stored in flash and copied to the cell.
 ///
 /// # Examples

@@ -27,10 +27,12 @@ pub(crate) const MAX_STEP_RAD: f64 = 1.5;
 /// smaller one cuts off the border of a fisheye image.
 pub(crate) const MAX_TANGENT: f64 = 11.43;
 
-/// Largest squared Frobenius norm of `M^T M - I` for which `M` is taken for a rotation, and number of Newton-Schulz
-/// steps to the nearest rotation (from an error of 0.2 to 1e-13). A larger norm accepts other matrices; a smaller one
-/// refuses rounded files.
+/// Largest squared Frobenius norm of `M^T M - I` at which `M` counts as a rotation. A larger norm accepts other
+/// matrices; a smaller one refuses rounded files.
 pub(crate) const MAX_ROTATION_DEFECT: f64 = 0.04;
+
+/// Number of Newton-Schulz steps to the nearest rotation. Four steps reduce the norm of `M^T M - I` from 0.2 to 1e-13;
+/// two are spare.
 pub(crate) const NEWTON_SCHULZ_STEPS: usize = 6;
 
 /// Largest number of Newton steps of an undistortion; 3 to 5 are usual. A bracketed fisheye takes up to four times this
@@ -327,8 +329,8 @@ pub(crate) const COPIED_SHARE: f64 = 0.9;
 
 // Outcome.
 
-/// A cause is named once more than one in this number of pairs without agreement shows it; every sixth pair tries a
-/// turned baseline. A larger number names causes by chance; a smaller one misses causes.
+/// A cause is named once more than one in this number of pairs without agreement shows it; each turned baseline is
+/// tried with every sixth pair. A larger number names causes by chance; a smaller one misses causes.
 pub(crate) const CAUSE_SHARE: u32 = 8;
 
 /// Error of a lens in deviations of its prior beyond any calibration: the matches belong to another lens. A larger
@@ -348,8 +350,8 @@ pub(crate) const RELIEF_KEPT: f64 = 200.0;
 /// motion, px. A larger limit takes a far scene for one image; a smaller one misses one image under noise.
 pub(crate) const ALIKE_PX: f64 = 2.0;
 
-/// Disagreement of image halves above which the baseline is not applied (with exact lenses), and above which nothing is
-/// applied. Larger limits apply biased estimates; smaller ones refuse healthy estimates (below 2.3).
+/// Disagreement of image halves above which it is a reason for doubt, and above which the estimate counts as biased if
+/// the lens models are exact. Larger limits apply biased estimates; smaller ones refuse healthy estimates (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 
 /// Share of a second crowd over the share of the inliers, each a mean over the last pairs, above which either crowd may

@@ -81,7 +81,7 @@
 /**
  * Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_STORAGE_WORDS (667 + ((23 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_STORAGE_WORDS (644 + ((23 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_t`, bytes.
@@ -1281,7 +1281,8 @@ typedef struct selfcal_calibration_t {
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
-     * Number that changes exactly when the calibration in use does; it wraps around.
+     * Number that changes whenever the calibration in use changes; it wraps around. A restored record may change the
+     * number alone.
      */
     uint32_t generation;
 } selfcal_calibration_t;

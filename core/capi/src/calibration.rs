@@ -18,7 +18,8 @@ pub struct selfcal_calibration_t {
     pub right: selfcal_camera_t,
     /// `p_r = R p_l + t`.
     pub extrinsics: selfcal_extrinsics_t,
-    /// Number that changes exactly when the calibration in use does; it wraps around.
+    /// Number that changes whenever the calibration in use changes; it wraps around. A restored record may change the
+    /// number alone.
     pub generation: u32,
 }
 

@@ -32,7 +32,7 @@ pub const SELFCAL_CAPACITY: usize = 64;
 pub const SELFCAL_CAPACITY: usize = 256;
 
 /// Size of `selfcal_t` in words of 8 bytes, sufficient on every target.
-pub const SELFCAL_STORAGE_WORDS: usize = 667 + 23 * SELFCAL_CAPACITY / 8;
+pub const SELFCAL_STORAGE_WORDS: usize = 644 + 23 * SELFCAL_CAPACITY / 8;
 
 /// Size of `selfcal_t`, bytes.
 pub const SELFCAL_STORAGE_SIZE: usize = 8 * SELFCAL_STORAGE_WORDS;

@@ -24,7 +24,8 @@ pub struct Calibration<T: Scalar> {
     pub cameras: Cameras<T>,
     /// `p_r = R p_l + t`.
     pub extrinsics: Extrinsics<T>,
-    /// Number that changes whenever the calibration in use changes, and only then; wraps around.
+    /// Number that changes whenever the calibration in use changes; wraps around. [`Calibrator::restore`] may change the
+    /// number alone.
     pub generation: u32,
 }
 

@@ -206,7 +206,8 @@ impl<T: Scalar> Hypothesis<T> {
     /// frame.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        // If pairs are added as if the rig rested at the frame ([`Self::settle`]), the same sums belong to any frame.
+        // While pairs settle at rest, [`Self::settle`] adds each pair in the rectified frame of its own displaced pose.
+        // That frame does not depend on `self.frame`, so the sums need no transformation.
         if !self.settles_at_rest() {
             self.sums.change_frame(&self.frame, &self.pose);
         }

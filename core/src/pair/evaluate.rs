@@ -244,8 +244,8 @@ impl<T: Scalar> EvaluatedPose<T> {
         ahead > self.stats.near() * T::HALF
     }
 
-    /// Returns whether the residuals form a peak at zero and come from a valid scene, at a pose that is known from
-    /// other pairs.
+    /// Tests a pose that is already known from other pairs. Returns whether the residuals form a peak at zero, the
+    /// inliers are the largest group, not too many near points are behind the cameras, and the disparities differ.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR)

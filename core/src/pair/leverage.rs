@@ -66,12 +66,12 @@ pub(crate) fn form_peak<T: Scalar>([near, beside]: [T; 2]) -> bool {
 }
 
 impl<T: Scalar> Leverage<T> {
-    /// Returns the limit from the sums of the previous pass: [`MAX_LEVERAGE`] times the mean share. `None` if the limit
-    /// is not finite.
+    /// Returns the limit for the next pass, from the sums of this pass: [`MAX_LEVERAGE`] times the mean share of a
+    /// weighted correspondence in the information on the baseline. `None` if the limit is not finite.
     ///
-    /// * `information`: information of the pass with limited leverage, 1/rad^2; `weighted`: number of its weighted
-    ///   correspondences.
-    /// * `covariance`: covariance of the pose, prior included, rad^2.
+    /// * `information`: information of this pass, after its own limit on leverage, 1/rad^2.
+    /// * `weighted`: number of correspondences that have a weight above 0 in this pass.
+    /// * `covariance`: covariance of the pose after this pass, prior included, rad^2.
     /// * `growth`: residual variance of the next pass over that of this pass.
     pub(super) fn of(
         information: &Symmetric5<T>,

@@ -1,7 +1,7 @@
-//! Cache of finished measurements: one line of JSON each, in the folder of the page.
+//! Cache of finished measurements: one line of JSON each, in `cells.jsonl` beside the page of the evaluation.
 //!
-//! The key of a measurement is the digest of the program and everything that determines
-//! it. Lines of another program and damaged lines are dropped when the file is opened.
+//! A line has the digest of the program that measured it, and a key: the serialised measurement. When the file is
+//! opened, lines that another build wrote and damaged lines are dropped.
 
 use std::collections::HashMap;
 use std::fs::{self, File};

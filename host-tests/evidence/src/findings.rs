@@ -15,7 +15,7 @@ use rivals::{self, Method, Range, Variant};
 /// Options of an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Request {
-    /// Further data sets, or folders of data sets.
+    /// Data sets, or folders of data sets, in addition to the shipped ones.
     pub data: Vec<PathBuf>,
     /// Names of the methods to compare; all if empty.
     pub methods: Vec<String>,

@@ -12,7 +12,7 @@ use image::{Rgb, RgbImage};
 use selfcal_commands::report::{Cell, Csv, Figure, Page, Picture as Drawing, Section, Table};
 use selfcal_commands::run_page::Replayed;
 use selfcal_pictures::{Grey, StereoImages, disparity_picture, pair_picture};
-use stereo_selfcal::Extrinsics;
+use stereo_selfcal::{Extrinsics, Reason};
 
 use crate::matcher::halved;
 use crate::picture::Picture;
@@ -68,6 +68,12 @@ fn verdict(report: &Report, command: &str) -> Section {
             "The images do not tell. The reasons below say why: take more pairs, with texture all over the image \
              and near points.",
         ),
+    }
+    if report.summary.reasons.contains(&Reason::Yaw.to_string()) {
+        section.text(
+            "The rows do not confirm the yaw between the cameras. The files in rig/ keep the yaw of the given rig, if \
+             one was given. If the yaw is wrong, depth is wrong although the rows align: check one known distance.",
+        );
     }
     let mut table = Table::new("verdict", ["quantity", "value"].map(Into::into));
     let mut row = |name: &str, value: Cell| table.push(vec![Cell::text(name), value]);

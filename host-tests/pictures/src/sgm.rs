@@ -174,7 +174,7 @@ fn row(sums: &[i16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
     (0..width).map(disparity).collect()
 }
 
-/// Whether all disparities but the neighbours cost more by the margin.
+/// Whether each disparity other than `d - 1`, `d` and `d + 1` costs at least [`UNIQUE_PERCENT`] more than `d`.
 fn unique(costs: &[i16], d: usize) -> bool {
     let limit = i32::from(costs[d]) * (100 + UNIQUE_PERCENT);
     let others = costs.iter().enumerate().filter(|(other, _)| other.abs_diff(d) > 1);

@@ -1,7 +1,7 @@
 /* Input: "u_left v_left u_right v_right" a line, px; any other line ends a stereo pair. */
 #include <stdio.h>
 #include "stereo_selfcal.h"
-static selfcal_t cal; /* 256 matches a pair: 11,224 bytes */
+static selfcal_t cal; /* 256 matches a pair: 11,040 bytes */
 static bool ok(selfcal_error_t error)
 {
     if (error != SELFCAL_OK) fprintf(stderr, "%s\n", selfcal_string(error));

@@ -96,7 +96,7 @@ fn a_longer_focal_length_is_compensated_and_rectified_with() {
     let moved = pixel(&mut cal, [0.4, -0.2])[0] - by_given[0];
     assert!((moved - 0.4 * 1400.0 * LONGER).abs() < 0.3, "{moved}");
 
-    // As a calibrator that is given the cameras and the extrinsics of the calibration in use.
+    // A calibrator that is given the cameras and extrinsics of the calibration in use has the same homographies.
     let selfcal_calibration_t { left, extrinsics, .. } = applied;
     let mut other =
         Cal::made(None, &selfcal_factory_t { left, right, extrinsics, ..factory(&set) });

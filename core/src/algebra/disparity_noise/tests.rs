@@ -63,7 +63,8 @@ fn noisy(frame: &Pose, disparity: f64) -> Moments<f64> {
     sums
 }
 
-/// Returns the squared component of `p x (1, 0, 0)` along the optical axis of a view.
+/// Returns the squared component of `p x (1, 0, 0)` along the optical axis of a camera. `p` and the axis are in the
+/// rectified frame; `view` takes the camera frame to it.
 fn axis_part(view: &nalgebra::Rotation3<f64>, p: &Vector3<f64>) -> f64 {
     p.cross(&Vector3::x()).dot(&view.matrix().column(2)).powi(2)
 }

@@ -25,6 +25,20 @@ fn pairs(turned: f64, seeds: core::ops::Range<u64>) -> Vec<EvaluatedPose<f64>> {
 }
 
 #[test]
+fn pairs_that_the_caller_discards_cause_no_search_with_a_turned_baseline() {
+    let turned = |discards: bool| {
+        let mut hypotheses = Hypotheses::<f64>::NONE;
+        (0..10).any(|_| {
+            if discards {
+                hypotheses.forget_begun();
+            }
+            hypotheses.next_turn().is_some()
+        })
+    };
+    assert_eq!([false, true].map(turned), [true, false]);
+}
+
+#[test]
 fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
     let (context, mut reference, mut mount) = (context(), LensReference::GIVEN, MountYaw::UNKNOWN);
     let champion = fused(&pairs(0.0, 0..10), 1, &context);

@@ -24,9 +24,10 @@ impl<T: Scalar> Hypothesis<T> {
         both.inverse_form(&step)
     }
 
-    /// Returns whether a pair that was tracked from this hypothesis is inside the gate.
+    /// Returns whether a pair that was tracked from this hypothesis passes the gate: its residuals have a peak, its
+    /// inlier share is at least [`MIN_INLIER_RATIO`] times `usual`, and its NIS is below the limit.
     ///
-    /// * `usual`: usual share of inliers, 0 to 1; `slack`: factor of the limit of the NIS.
+    /// * `usual`: usual inlier share, 0 to 1; `slack`: factor on the limit [`MAX_NIS`].
     pub(in crate::fusion) fn gate(
         &self,
         evaluated: &EvaluatedPose<T>,

@@ -227,6 +227,13 @@ fn passes_are_bounded_however_many_hypotheses_are_asked() {
 }
 
 #[test]
+fn a_batch_of_the_least_number_is_solved() {
+    let mut calibrator = with::<f32, 256>(Config::robust());
+    fill(&mut calibrator, &correspondences(&rig(ROTATION, BASELINE), 12, 0.1, 9));
+    assert!(!matches!(calibrator.solve_pair().fused, Err(Rejection::TooFew { .. })));
+}
+
+#[test]
 fn a_batch_of_fewer_than_the_least_solves_nothing() {
     let mut small = with::<f32, 8>(Config::robust());
     fill(&mut small, &correspondences(&rig(ROTATION, BASELINE), 200, 0.5, 9));

@@ -263,7 +263,7 @@ pub(super) const NO_SCALE: &str = "# The length of the baseline is unknown: it i
 pub(super) const LENS_YAW: &str = "\
 # lens_yaw, rad: after rectification the right row is below the left one by lens_yaw x y, (x, y): left ray at unit depth,
 # x = (u - cx) / fx, y = (v - cy) / fy of P. No rotation removes it. A look-up table does: for the rectified left pixel
-# (u, v) take the source pixel of (u, v - fy lens_yaw x y). A table without it leaves these rows; depth is right with both.
+# (u, v) take the source pixel of (u, v - fy lens_yaw x y). A table without it leaves these rows; depth is the same.
 ";
 
 /// The apparent yaw of the lenses as a comment, for a format without a key for it; empty without apparent yaw.

@@ -92,7 +92,7 @@ pub(super) fn look(file: &Path, wanted: &Wanted) -> Result<(Topics, Infos)> {
     Ok((topics, infos))
 }
 
-/// Hands out all pairs.
+/// Hands the pairs to `take` in order, until it breaks or the file is damaged.
 pub(super) fn read(file: &Path, topics: &Topics, tolerance_s: f64, take: Take<'_>) -> Result<()> {
     let bag = open(file)?;
     let mut pairing = Pairing::new(topics, tolerance_s, Encoding::Packed, take);

@@ -295,7 +295,8 @@ fn stamps_too_far_apart_are_reported_with_a_sufficient_tolerance() {
 
 #[test]
 fn one_topic_may_have_both_cameras() {
-    // The same image left and right, which no rig fits, but whose halves are read.
+    // One left image. `--side-by-side` cuts it into two halves, which fit no rig. The test only shows that the halves
+    // are read.
     let made = made(&[images("/zed/image", 0)], &[], 1);
     refused(&made, &[], &["which topics are left and right", "/zed/image"]);
     let (_, said) = check(&made.path, &["--side-by-side", "--focal", "600"]);

@@ -11,7 +11,7 @@ use super::super::steps::{Found, STEPS};
 use super::super::{CampaignArgs, GARBAGE, What, grids, rigs_on_grids, single};
 use super::{Row, Table, figure, joined, list, outliers, percent};
 
-/// Seeds of the three campaigns of locks.
+/// Seeds of the table of locks: one campaign of 1000 runs per seed, scene and share of outliers.
 const LOCK_SEEDS: [u64; 3] = [9_500_000, 9_700_000, 9_800_000];
 
 /// Cases of a row of single pairs: label, and names.
