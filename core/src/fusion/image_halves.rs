@@ -155,6 +155,8 @@ mod tests {
     use super::*;
     use crate::algebra::normal_equations::NormalEquations;
     use crate::algebra::symmetric5::Symmetric5;
+    use crate::config::Config;
+    use crate::geometry::extrinsics::Extrinsics;
 
     /// Returns image halves with the information of row offsets on pitch and roll; the left half has a bias of pitch,
     /// rad.
@@ -192,6 +194,20 @@ mod tests {
         // The shift has as many standard deviations as the distance between the halves.
         let squared = (pitch * bias).powi(2) * information / 5.0;
         assert!((squared.sqrt() / halves.disagreement - 1.0).abs() < 1e-3, "{squared}");
+    }
+
+    #[test]
+    fn with_exact_lenses_the_shift_is_the_mean_distance_of_the_halves_from_the_estimate() {
+        const EXACT: Config = Config::robust().without_lens_prior();
+        let exact = Context::new(&EXACT, &Extrinsics::SIDE_BY_SIDE, 1400.0);
+        let bias = 3e-4;
+        let halves = biased_in_the_left_half(1e12, bias);
+        let mut covariance = Symmetric5::of_diagonal([0.0; 5]);
+        halves.widen(&mut covariance, &exact);
+        // The estimate has half of the bias in pitch, and 3/4 of it in roll. The left half has its bias in pitch alone;
+        // the right half is unbiased.
+        let [pitch, _, roll, ..] = covariance.diagonal().map(|d| d.sqrt() / bias);
+        assert!((pitch - 0.5).abs() < 1e-3 && (roll - 0.75).abs() < 1e-3, "{pitch} {roll}");
     }
 
     #[test]

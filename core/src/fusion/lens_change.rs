@@ -88,7 +88,7 @@ impl<T: Scalar> LensReference<T> {
 /// Returns whether the weights may hide an error of `t` above [`MAX_HIDDEN_LENS`] times its standard deviation.
 ///
 /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2.
-fn hides_much<T: Scalar>(
+pub(super) fn hides_much<T: Scalar>(
     lens: &HypothesisLens<T>,
     given: &Symmetric5<T>,
     context: &Context<'_, T>,

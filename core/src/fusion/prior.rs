@@ -222,3 +222,35 @@ impl<T: Scalar> Fusion<T> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::hypothesis::tests::truth;
+    use super::*;
+    use crate::algebra::disparity_noise::BaselineNoise;
+    use crate::algebra::information::Information;
+    use crate::algebra::symmetric5::Symmetric5;
+
+    #[test]
+    fn noise_whose_mixed_element_exceeds_the_others_is_inconsistent() {
+        let is_consistent = |noise: [f64; 3]| {
+            let information = Information(Symmetric5::of_diagonal([1e6; 5]));
+            let normal = NormalEquations { information, ..NormalEquations::ZERO };
+            let equations = BiasedEquations { normal, noise: BaselineNoise(noise) };
+            Prior { equations, ..Prior::NONE }.is_consistent()
+        };
+        assert_eq!([9e5, 1.1e6].map(|mixed| is_consistent([1e6, mixed, 1e6])), [true, false]);
+        assert_eq!([3.9e6, 4.1e6].map(|all| is_consistent([all, 0.0, 0.0])), [true, false]);
+        assert!(!is_consistent([-1.0, 0.0, 0.0]) && !is_consistent([0.0, 0.0, f64::NAN]));
+    }
+
+    #[test]
+    fn an_estimate_has_moved_by_its_yaw_only_if_the_yaw_has_changed() {
+        let at = |yaw: f64| {
+            let zero = Symmetric5::of_diagonal([0.0; 5]);
+            Place { pose: truth(), sd: StandardDeviations::of(&zero), yaw, pairs: 10 }
+        };
+        assert!(!at(0.1).has_moved_from(&at(0.1)));
+        assert!(at(0.1).has_moved_from(&at(0.102)) && at(0.102).has_moved_from(&at(0.1)));
+    }
+}

@@ -2,6 +2,8 @@
 
 extern crate std;
 
+use super::super::hypothesis::tests::context;
+use super::super::lens_change::hides_much;
 use super::*;
 use nalgebra::SMatrix;
 use std::vec::Vec;
@@ -65,4 +67,29 @@ fn without_information_the_posterior_is_the_prior_and_nan_is_refused() {
         assert!((row[i] - expected).abs() < 1e-15, "{i}");
     }
     assert!(posterior([[f64::NAN; LENS_PARAMETERS]; LENS_PARAMETERS], &sd).is_none());
+}
+
+#[test]
+fn a_difference_is_significant_beyond_three_deviations_with_the_part_that_weights_hide() {
+    let is_significant = |sd: f64| {
+        let mut lens = HypothesisLens::EXACT;
+        lens.values[1] = 0.01;
+        lens.covariance[1][1] = sd * sd;
+        lens.is_significant()
+    };
+    // 0.01^2 = 9 (sd^2 + (0.17 * 0.01)^2) at 2.86e-3.
+    assert_eq!([2.8e-3, 2.9e-3].map(is_significant), [true, false]);
+}
+
+#[test]
+fn weights_hide_much_if_the_hidden_step_exceeds_a_tenth_of_the_deviation_of_t() {
+    let mut lens = HypothesisLens::<f64>::EXACT;
+    lens.effects[1][3] = 1.0;
+    let hides = |lens: &HypothesisLens<f64>, sd: f64| {
+        hides_much(lens, &Symmetric5::of_diagonal([sd * sd; 5]), &context())
+    };
+    assert!(!hides(&lens, 1e-2));
+    // The weights may hide 0.17 of a step of 0.01 rad.
+    lens.values[1] = 0.01;
+    assert_eq!([1e-2, 1e-1].map(|sd| hides(&lens, sd)), [true, false]);
 }
