@@ -1,4 +1,4 @@
-# The C library of stereo-selfcal, built by cargo and imported.
+# Builds the C library of stereo-selfcal with cargo, and imports it.
 #
 #   include(path/to/core/capi/cmake/StereoSelfcal.cmake)
 #   stereo_selfcal_add_library(stereo_selfcal)
@@ -9,7 +9,7 @@
 #   RUST_TARGET  a bare-metal target, such as thumbv7em-none-eabihf for a Cortex-M4F or -M7; default: the
 #                machine that builds.
 #   CAPACITY     correspondences a pair: 64, 128, 256 (the default), 512 or 1024.
-#   OPT          with link-time optimisation, for size or for speed; default: cargo's release profile.
+#   OPT          builds with link-time optimisation, for size or for speed; default: cargo's release profile.
 #   PROFILE      a profile of Cargo.toml by its name: release, controller, controller-size.
 #
 # Cargo's files go to the build folder, or to STEREO_SELFCAL_TARGET_DIR. Each build folder has one capacity

@@ -10,8 +10,8 @@
  * Every function returns a selfcal_error_t and writes its results through pointers; the exceptions are
  * selfcal_string and selfcal_argument_string, which return a text. Pointers must not be null, unless the
  * function documents otherwise. Null and misaligned pointers and storage that is not initialised are refused.
- * A refused call writes no results but those that its documentation names. The calibration in use stays as it
- * is, unless a record is refused: selfcal_restore then leaves the factory calibration in use. Refused
+ * A refused call writes no results except the ones that its documentation names. The calibration in use stays as
+ * it is, unless a record is refused: selfcal_restore then leaves the factory calibration in use. Refused
  * correspondences are counted. A refused pair is noted in the health and may count against the estimate: go on
  * with the next pair.
  *
@@ -31,8 +31,8 @@
  *         if (selfcal_apply(&cal, &used) == SELFCAL_OK && used.generation != loaded)
  *             load the rectifier with it
  *
- * SELFCAL_CAPACITY follows the library: define SELFCAL_CAPACITY_64, _128, _512 or _1024 if it was built
- * with the feature of that name. selfcal_init refuses storage that is too small.
+ * SELFCAL_CAPACITY must match the library: if the library was built with the feature capacity-64, -128, -512 or
+ * -1024, define SELFCAL_CAPACITY_64, _128, _512 or _1024. selfcal_init refuses storage that is too small.
  */
 
 
@@ -45,35 +45,35 @@
 
 #if defined(SELFCAL_CAPACITY_1024)
 /**
- * Largest number of correspondences in a batch; a full batch selects.
+ * Largest number of correspondences in a batch. A full batch keeps a selection.
  */
 #define SELFCAL_CAPACITY 1024
 #endif
 
 #if (defined(SELFCAL_CAPACITY_512) && !defined(SELFCAL_CAPACITY_1024))
 /**
- * Largest number of correspondences in a batch; a full batch selects.
+ * Largest number of correspondences in a batch. A full batch keeps a selection.
  */
 #define SELFCAL_CAPACITY 512
 #endif
 
 #if (defined(SELFCAL_CAPACITY_128) && !(defined(SELFCAL_CAPACITY_512) || defined(SELFCAL_CAPACITY_1024)))
 /**
- * Largest number of correspondences in a batch; a full batch selects.
+ * Largest number of correspondences in a batch. A full batch keeps a selection.
  */
 #define SELFCAL_CAPACITY 128
 #endif
 
 #if (defined(SELFCAL_CAPACITY_64) && !(defined(SELFCAL_CAPACITY_128) || defined(SELFCAL_CAPACITY_512) || defined(SELFCAL_CAPACITY_1024)))
 /**
- * Largest number of correspondences in a batch; a full batch selects.
+ * Largest number of correspondences in a batch. A full batch keeps a selection.
  */
 #define SELFCAL_CAPACITY 64
 #endif
 
 #if !(defined(SELFCAL_CAPACITY_64) || defined(SELFCAL_CAPACITY_128) || defined(SELFCAL_CAPACITY_512) || defined(SELFCAL_CAPACITY_1024))
 /**
- * Largest number of correspondences in a batch; a full batch selects.
+ * Largest number of correspondences in a batch. A full batch keeps a selection.
  */
 #define SELFCAL_CAPACITY 256
 #endif
@@ -159,8 +159,8 @@
 #define SELFCAL_TRACKS_STORAGE_SIZE (8 * SELFCAL_TRACKS_STORAGE_WORDS)
 
 /**
- * Result of a call: one number for each remedy, whichever function returns it. From 100 on, the core has the
- * same numbers.
+ * Result of a call. Errors with the same remedy have the same number, in all functions. Numbers from 100 on equal
+ * the error codes of the core.
  */
 enum selfcal_error_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -405,13 +405,13 @@ enum selfcal_pushed_t
     /**
      * replaced another one
      *
-     * It replaces another one in the full batch.
+     * It replaces another correspondence in the full batch.
      */
     SELFCAL_PUSHED_REPLACED = 10001,
     /**
      * left out
      *
-     * The full batch keeps the others instead.
+     * The full batch keeps other correspondences instead.
      */
     SELFCAL_PUSHED_LEFT_OUT = 10002,
     /**
@@ -446,34 +446,34 @@ enum selfcal_fused_t
     /**
      * same scene again
      *
-     * The pair shows the same scene as the one before, and replaces it.
+     * The pair shows the same scene as the pair fused before it, and adds nothing.
      */
     SELFCAL_FUSED_REPEATED = 12001,
     /**
      * kept apart
      *
-     * The pair disagrees with the estimate and supports a challenger.
+     * The pair disagrees with the estimate, and is part of the challenger.
      */
     SELFCAL_FUSED_KEPT_APART = 12002,
     /**
      * added, older pairs dropped
      *
-     * The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
-     * drifts.
+     * The pair is part of the estimate, and the last pairs have replaced the older ones: the rig has drifted, or
+     * has moved by less than a single pair shows.
      */
     SELFCAL_FUSED_RENEWED = 12003,
     /**
      * challenger promoted
      *
-     * The pairs of the challenger agree: its estimate is the estimate now.
+     * The challenger, with this pair, has become the estimate.
      */
     SELFCAL_FUSED_TOOK_OVER = 12004,
     /**
      * lens corrected, estimate begins again
      *
-     * The pairs show another lens model of the right camera: the estimate begins again with corrected
-     * cameras, `SELFCAL_LENS_TRACKING_COMPENSATE`. The batch is emptied; there is no proposal and no
-     * health until the next pair.
+     * The pairs show another lens model of the right camera: the estimate begins again with corrected cameras
+     * (`SELFCAL_LENS_TRACKING_COMPENSATE`). The batch is emptied, and there is neither a proposal nor health until
+     * the next pair is fused.
      */
     SELFCAL_FUSED_LENS_CORRECTED = 12005,
     /**
@@ -508,20 +508,21 @@ enum selfcal_stop_t
     /**
      * converged
      *
-     * The step fell below the tolerance.
+     * The step fell below the tolerance, or below the resolution of `f32` at the optimum.
      */
     SELFCAL_STOP_CONVERGED = 11000,
     /**
      * no descent
      *
-     * No step lowers the cost: the optimum to the resolution of the numbers.
+     * No step lowers the cost, so this is the optimum within the resolution of `f32`; or the normal equations have
+     * no solution (robust preset).
      */
     SELFCAL_STOP_NO_DESCENT = 11001,
     /**
      * passes spent
      *
-     * All configured passes are done, as for every pair of a locked estimate. The result is
-     * the best pose found.
+     * All passes were taken. This is normal for a pair that was tracked from an estimate. A search that stops this
+     * way has not converged; its result is the best pose reached.
      */
     SELFCAL_STOP_PASSES_SPENT = 11002,
     /**
@@ -540,7 +541,7 @@ typedef uint32_t selfcal_stop_t;
 #endif // __cplusplus
 
 /**
- * How far the estimate can be relied on.
+ * Reliability of the estimate.
  */
 enum selfcal_state_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -550,25 +551,27 @@ enum selfcal_state_t
     /**
      * acquiring
      *
-     * Not enough pairs agree yet.
+     * Too few pairs agree yet.
      */
     SELFCAL_STATE_ACQUIRING = 13000,
     /**
      * locked
      *
-     * The last pair agrees with the estimate.
+     * The last pair agrees with the estimate, and `R` is certain. `t` may still be the start value; see
+     * `baseline_observed`.
      */
     SELFCAL_STATE_LOCKED = 13001,
     /**
      * suspect
      *
-     * The last pairs disagree with the estimate, or a challenger gathers pairs.
+     * The last pairs disagree with the estimate, a challenger gathers pairs, or no pair has supported a restored
+     * estimate yet.
      */
     SELFCAL_STATE_SUSPECT = 13002,
     /**
      * lost
      *
-     * Ten pairs in a row disagree with the estimate, and no three with each other.
+     * Ten pairs in a row disagree with the estimate, and no three of them agree with each other.
      */
     SELFCAL_STATE_LOST = 13003,
     /**
@@ -597,7 +600,7 @@ enum selfcal_direction_t
     /**
      * none
      *
-     * Not available in the paper preset.
+     * The paper preset gives no direction.
      */
     SELFCAL_DIRECTION_NONE = 15000,
     /**
@@ -609,7 +612,7 @@ enum selfcal_direction_t
     /**
      * yaw
      *
-     * Rotation of `R` about y: shears rows with the product of column and row.
+     * Rotation of `R` about y: moves rows by the product of column and row.
      */
     SELFCAL_DIRECTION_YAW = 15002,
     /**
@@ -646,7 +649,8 @@ typedef uint32_t selfcal_direction_t;
 #endif // __cplusplus
 
 /**
- * Rating of the extrinsics in use: whether the estimate is clearly better, and the RMS row offset.
+ * Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs
+ * by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more.
  */
 enum selfcal_band_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -656,25 +660,27 @@ enum selfcal_band_t
     /**
      * good
      *
-     * The estimate does not improve it by a tenth and by more than chance.
+     * The estimate is not clearly better.
      */
     SELFCAL_BAND_GOOD = 16000,
     /**
      * improvable
      *
-     * Below 1 px; the estimate improves it by a tenth or more, and by more than chance.
+     * The RMS row offset in use is below 1 px, and the estimate is clearly better.
      */
     SELFCAL_BAND_IMPROVABLE = 16001,
     /**
      * recalibrate
      *
-     * 1 px or more, and the estimate improves it: a matcher that searches along rows fails.
+     * The RMS row offset in use is 1 px or more, and the estimate is clearly better: a matcher that searches along
+     * rows will miss.
      */
     SELFCAL_BAND_RECALIBRATE = 16002,
     /**
      * unknown
      *
-     * The matches do not tell, as `cause` says; or a value that this API does not know.
+     * The matches cannot rate the calibration, because of the mistake in `cause`. Also a value that this API does
+     * not know.
      */
     SELFCAL_BAND_UNKNOWN = 16255,
 };
@@ -697,7 +703,7 @@ enum selfcal_cause_t
     /**
      * none
      *
-     * None is known.
+     * No mistake is known.
      */
     SELFCAL_CAUSE_NONE = 18000,
     /**
@@ -709,19 +715,20 @@ enum selfcal_cause_t
     /**
      * cameras one above the other, or t of the factory extrinsics turned
      *
-     * Disparities run along the columns.
+     * Disparities run along the columns, and nothing shows that u and v are exchanged.
      */
     SELFCAL_CAUSE_UPRIGHT = 18002,
     /**
      * u and v exchanged
      *
-     * Disparities run along the columns, and no match is beyond the square that u and v have in common.
+     * Disparities run along the columns, some pixels were refused, and all accepted matches are within the square
+     * that an image and its transpose have in common.
      */
     SELFCAL_CAUSE_TRANSPOSED = 18003,
     /**
      * the same image on both sides
      *
-     * Most matches are moved alike between both images, and nothing shows depth.
+     * Most matches have the same motion between the images, and nothing shows depth.
      */
     SELFCAL_CAUSE_SAME_IMAGE = 18004,
     /**
@@ -733,7 +740,7 @@ enum selfcal_cause_t
     /**
      * cameras of larger images
      *
-     * No match of any pair is right of the middle of the left image, nor below it.
+     * All matches of all pairs are in the upper left quarter of the left image.
      */
     SELFCAL_CAUSE_LARGER_IMAGES = 18006,
     /**
@@ -745,13 +752,13 @@ enum selfcal_cause_t
     /**
      * another lens, or points that are undistorted already
      *
-     * Pairs show an error of the lens models that no calibration leaves.
+     * Pairs show an error of the lens models that is too large for any calibration.
      */
     SELFCAL_CAUSE_LENS = 18008,
     /**
      * matches that agree on nothing
      *
-     * No cause is known.
+     * No other cause explains the pairs without agreement.
      */
     SELFCAL_CAUSE_MISMATCHES = 18009,
     /**
@@ -780,13 +787,13 @@ enum selfcal_witnessed_t
     /**
      * taken
      *
-     * It is part of the estimate.
+     * The reading is part of the estimate.
      */
     SELFCAL_WITNESSED_TAKEN = 19000,
     /**
      * waiting for others that agree
      *
-     * It contradicts the yaw so far, and waits for others that agree with it.
+     * The reading contradicts the present yaw, and waits for further readings that agree with it.
      */
     SELFCAL_WITNESSED_WAITING = 19001,
     /**
@@ -805,7 +812,7 @@ typedef uint32_t selfcal_witnessed_t;
 #endif // __cplusplus
 
 /**
- * Central tendency of the pairs' angles in fusion; paper preset.
+ * Central value of the rotation angles of the pairs, for fusion in the paper preset.
  */
 enum selfcal_angle_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -838,13 +845,14 @@ enum selfcal_lens_tracking_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * They are estimated, and widen the deviations. The extrinsics belong to the given lens models.
+     * Errors are estimated and reported, and they increase the reported deviations. The extrinsics belong to the given
+     * lens models.
      */
     SELFCAL_LENS_TRACKING_REPORT = 0,
     /**
-     * Differences of focal length and of `k1` are compensated, where that halves the deviation of `t`:
-     * `SELFCAL_FUSED_LENS_CORRECTED`. For callers who rectify with the cameras of the calibration in
-     * use, as the functions here do.
+     * Differences of focal length and of `k1` are compensated, if that halves the standard deviation of `t`; see
+     * `SELFCAL_FUSED_LENS_CORRECTED`. This is for callers that rectify with the cameras of the calibration in use, as
+     * the functions of this API do.
      */
     SELFCAL_LENS_TRACKING_COMPENSATE = 1,
 };
@@ -931,65 +939,65 @@ enum selfcal_reason_t
     /**
      * second crowd of matches
      *
-     * Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming,
-     * and nothing is applied until the view has changed.
+     * Matches with other row offsets agree with a second calibration, and are nearly as many as the matches that
+     * fit the estimate: a fence, or a reflection. Forbids arming, and nothing is applied until the view has
+     * changed.
      */
     SELFCAL_REASON_SECOND_MODE = 262144,
     /**
      * matches biased
      *
-     * Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact. Forbids
-     * arming, and nothing is applied.
+     * Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact: the
+     * matches of an image region share a bias. Forbids arming, and nothing is applied.
      */
     SELFCAL_REASON_BIASED = 33554432,
     /**
      * matches do not support it
      *
-     * The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which. Forbids
-     * arming.
+     * The matches or the estimate show a mistake in rig file or matcher, which `cause` names. Forbids arming.
      */
     SELFCAL_REASON_UNFIT = 16777216,
     /**
      * in use off by 1 px or more
      *
-     * Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+     * The row offsets in use and of the estimate differ by 1 px RMS or more. Forbids arming.
      */
     SELFCAL_REASON_MISALIGNED = 131072,
     /**
      * image halves disagree
      *
-     * Image halves disagree by more than 3 standard deviations; the reported deviations contain it.
+     * Image halves disagree by more than 3 standard deviations; the reported deviations include this disagreement.
      */
     SELFCAL_REASON_IMAGE_HALVES = 524288,
     /**
      * lens models off
      *
-     * The pairs show an error of the lens models; the wide deviations contain it.
+     * The pairs show an error of the lens models; `sd_lens` of the proposal includes this error.
      */
     SELFCAL_REASON_LENS = 1048576,
     /**
      * baseline not observed
      *
-     * Pairs have not determined the baseline direction: that in use is kept.
+     * The pairs have not determined the baseline direction: the baseline in use is kept.
      */
     SELFCAL_REASON_BASELINE = 2097152,
     /**
      * repeated scene
      *
-     * The last pair showed the scene of the one before: it adds no evidence.
+     * The last pair showed the same scene as the pair fused before it, and adds no evidence.
      */
     SELFCAL_REASON_REPEATED = 4194304,
     /**
      * axis of the rotation is noise
      *
-     * Paper preset: the rotation is close to the identity or to a half turn.
+     * Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise.
      */
     SELFCAL_REASON_AXIS = 8388608,
     /**
      * yaw not confirmed
      *
-     * No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
-     * contain both.
+     * No witness has separated the yaw of the mount from the apparent yaw of the lens: the deviations of yaw and
+     * depth include both.
      */
     SELFCAL_REASON_YAW = 268435456,
 };
@@ -1010,7 +1018,7 @@ enum selfcal_side_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Left: the origin of the rig, `p_r = R p_l + t`.
+     * Left: its frame is the frame of the rig, `p_r = R p_l + t`.
      */
     SELFCAL_SIDE_LEFT = 0,
     /**
@@ -1027,7 +1035,7 @@ typedef uint32_t selfcal_side_t;
 #endif // __cplusplus
 
 /**
- * Extrinsics to rectify for, with the cameras that they belong to.
+ * Calibration to rectify with: extrinsics, and the cameras that they belong to.
  */
 enum selfcal_source_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -1035,11 +1043,11 @@ enum selfcal_source_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * The extrinsics in use.
+     * The calibration in use.
      */
     SELFCAL_SOURCE_IN_USE = 0,
     /**
-     * The estimate.
+     * The estimate, `extrinsics` of the proposal.
      */
     SELFCAL_SOURCE_PROPOSED = 1,
     /**
@@ -1059,9 +1067,9 @@ typedef uint32_t selfcal_source_t;
  * A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
  * pointers and needs no release. One call at a time; calibrators are independent.
  *
- * Each call notices two kinds of overwritten storage: other first 12 bytes (name and size), and a length beyond its
- * array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
- * noticed, and what a call does with them is undefined: protect the memory, or call `selfcal_init` again.
+ * Each call detects two kinds of overwritten storage: changed first 12 bytes (name and size), and a length beyond its
+ * array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not detected, and the
+ * effect of a call is then undefined: protect the memory, or call `selfcal_init` again.
  */
 typedef struct selfcal_t {
     /**
@@ -1071,8 +1079,8 @@ typedef struct selfcal_t {
 } selfcal_t;
 
 /**
- * Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are
- * 0.003, 1 px, 0.005, 0.001, 0.00025, 0.0046.
+ * Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are, in the
+ * order of the fields, 0.003, 1 px, 0.005, 0.001, 0.00025 and 0.0046.
  */
 typedef struct selfcal_lens_prior_t {
     /**
@@ -1088,7 +1096,7 @@ typedef struct selfcal_lens_prior_t {
      */
     float k1;
     /**
-     * Tangential coefficient `p1`, of the right camera less that of the left one.
+     * Tangential coefficient `p1` of the right camera minus the one of the left camera.
      */
     float p1;
     /**
@@ -1096,14 +1104,14 @@ typedef struct selfcal_lens_prior_t {
      */
     float p2;
     /**
-     * Apparent yaw of the lenses, rad: of `a`, where rows are off by `a x y` at unit depth.
+     * Apparent yaw `a` of the lenses, rad: it shifts rows by `a x y` at unit depth.
      */
     float yaw_rad;
 } selfcal_lens_prior_t;
 
 /**
  * Parameters of a calibrator. 0 in a field stands for its default: `selfcal_config_t config = {0}` is the default
- * configuration, and `{.memory_pairs = 300}` changes one parameter. `selfcal_init` checks them all.
+ * configuration, and `{.memory_pairs = 300}` changes one parameter. `selfcal_init` checks all fields.
  */
 typedef struct selfcal_config_t {
     /**
@@ -1111,46 +1119,49 @@ typedef struct selfcal_config_t {
      */
     uint32_t preset;
     /**
-     * Largest number of passes over the batch, the bound on the time of a pair: 2 or more; default 24 in the robust
-     * preset, 100 in the paper preset. The robust preset takes up to 9 if it is lower.
+     * Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24 in
+     * the robust preset, 100 in the paper preset. The robust preset takes up to 9 passes even if the limit is lower.
      */
     uint16_t max_passes;
     /**
-     * Fewest usable correspondences of a pair: 6 or more; default 12.
+     * Least number of usable correspondences that a pair needs: 6 or more; default 12.
      */
     uint16_t min_correspondences;
     /**
-     * Number of pairs after which the oldest fade: 20 or more; default 1000. A larger number averages longer; a
-     * smaller one follows a slow drift. Robust preset.
+     * Number `n` of fused pairs after which each further pair multiplies the weight of the older pairs by `1 - 1 / n`:
+     * 20 or more; default 1000. A larger number averages longer; a smaller one follows a slow drift. Robust preset.
      */
     uint32_t memory_pairs;
     /**
-     * Largest distance of a fused pair from the factory extrinsics, rad: above 0 and below 1.5; default 0.5.
+     * Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the pair, or of
+     * the estimate with the pair, differs from the factory value by a larger angle.
      */
     float max_correction_rad;
     /**
-     * Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A
-     * larger value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
+     * Standard deviation of the factory extrinsics about each axis, rad: 1e-4 to 1; default 0.1. A larger value
+     * follows a rig that is further off; a smaller one stabilises pairs with little information. Robust preset.
      */
     float prior_sd_rad;
     /**
-     * Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and
-     * above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
+     * Lower bound of the estimated noise, px: finite and above 0. Robust preset: noise of a coordinate, default 0.15.
+     * Paper preset: noise of a row offset, default 0.02. The bound keeps the information finite on data without noise.
      */
     float noise_floor_px;
     /**
-     * Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. Larger uses more
-     * matches and admits more outliers. In both presets a match fits, for the health, within three thresholds.
+     * Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. A larger value lets
+     * outliers bias the result; a smaller one discards the information of good matches. In both presets the health
+     * counts a match as fitting if its row offset is within three thresholds, or within 4.2 times the noise of a
+     * coordinate if that is more.
      */
     float huber_threshold_px;
     /**
-     * Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. Values below 1e-6
-     * act as 1e-6.
+     * Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. A value below the
+     * resolution of `f32`, about 1e-6, acts as 1e-6.
      */
     float step_tolerance_rad;
     /**
-     * Largest standard deviation of the weakest direction of a fused pair, rad: finite and above 0; default 0.12.
-     * Paper preset.
+     * Largest standard deviation of the least certain direction of a fused pair, rad: finite and above 0; default
+     * 0.12. Paper preset.
      */
     float max_sd_rad;
     /**
@@ -1158,7 +1169,7 @@ typedef struct selfcal_config_t {
      */
     uint32_t angle;
     /**
-     * A `selfcal_lens_tracking_t`. Robust preset with lens deviations.
+     * A `selfcal_lens_tracking_t`. Robust preset with a lens prior.
      */
     uint32_t lens_tracking;
     /**
@@ -1166,8 +1177,8 @@ typedef struct selfcal_config_t {
      */
     uint32_t has_lens_prior;
     /**
-     * How far the given lens models are trusted: the deviations with the lens uncertain cover such errors. All 0
-     * takes the lens models as exact, and image halves that disagree then block.
+     * Standard deviations of the given lens models, which `sd_lens` of the proposal covers. All 0 take the lens models
+     * as exact; disagreeing image halves then forbid to apply the estimate (`SELFCAL_REASON_BIASED`).
      */
     struct selfcal_lens_prior_t lens_prior;
 } selfcal_config_t;
@@ -1193,7 +1204,7 @@ typedef struct selfcal_camera_t {
      */
     uint32_t lens;
     /**
-     * Lens coefficients in OpenCV's order, dimensionless; 0 where the model uses none.
+     * Lens coefficients in OpenCV's order, dimensionless. Coefficients that the model does not use are 0.
      */
     float distortion[8];
 } selfcal_camera_t;
@@ -1207,14 +1218,14 @@ typedef struct selfcal_extrinsics_t {
      */
     float rotation[9];
     /**
-     * `t`: position of the left camera in the right camera frame. Unit length as a result, any
-     * length as an argument.
+     * `t`: position of the left camera in the right camera frame. As a result it has unit length; as an argument it
+     * may have any length.
      */
     float translation[3];
 } selfcal_extrinsics_t;
 
 /**
- * Cameras and extrinsics of a rig as it left the factory, and how well its calibration is known.
+ * Cameras and extrinsics of a rig as it left the factory, and the uncertainty of its calibration.
  * `{.left = left, .right = right}` is a guess: two cameras side by side.
  */
 typedef struct selfcal_factory_t {
@@ -1227,21 +1238,22 @@ typedef struct selfcal_factory_t {
      */
     struct selfcal_camera_t right;
     /**
-     * Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0: cameras side by side, a
-     * guess. The prior and the correction limit refer to them, and `selfcal_reset` returns to them.
+     * Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0 stand for a guess: cameras
+     * side by side. The prior and the correction limit refer to these extrinsics, and `selfcal_reset` returns to them.
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
-     * 1 if the extrinsics are a guess: their yaw is not held then, and the estimate follows that of the rows.
+     * 1 if the extrinsics are a guess: the estimate then does not keep their yaw, and follows the yaw that the rows
+     * show. Otherwise 0.
      */
     uint32_t is_guess;
     /**
-     * Standard deviation of the yaw of the extrinsics, rad, which depth rests on until the rig changes: 1e-6 to 1; 0
-     * stands for 8.7e-4 (0.05 degrees), the deviation of a calibration with boards. Not used for a guess.
+     * Standard deviation of the yaw of the extrinsics, rad, 1e-6 to 1. Depth relies on this yaw until the rig changes.
+     * 0 stands for 8.7e-4 (0.05 degrees), the standard deviation of a calibration with boards. Not used for a guess.
      */
     float yaw_sd_rad;
     /**
-     * Length of the baseline, m: 1e-3 to 1e3, which `selfcal_push_range` needs; 0 where it is not known.
+     * Length of the baseline, m, 1e-3 to 1e3; 0 if it is not known. `selfcal_push_range` needs it.
      */
     float baseline_m;
 } selfcal_factory_t;
@@ -1259,7 +1271,7 @@ typedef struct selfcal_requirements_t {
      */
     size_t align;
     /**
-     * Correspondences a pair.
+     * Largest number of correspondences of a pair.
      */
     size_t capacity;
 } selfcal_requirements_t;
@@ -1273,7 +1285,7 @@ typedef struct selfcal_calibration_t {
      */
     struct selfcal_camera_t left;
     /**
-     * Right camera, as given, or corrected with `SELFCAL_LENS_TRACKING_COMPENSATE`.
+     * Right camera, as given; with `SELFCAL_LENS_TRACKING_COMPENSATE` it may be corrected.
      */
     struct selfcal_camera_t right;
     /**
@@ -1304,8 +1316,8 @@ typedef struct selfcal_correspondence_t {
      */
     float score;
     /**
-     * Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 0 for
-     * continuous coordinates.
+     * Step of the grid on which the matcher finds coordinates, px, 0 to 255.99: 1 for whole pixels, 0 for continuous
+     * coordinates.
      */
     float grid_step_px;
 } selfcal_correspondence_t;
@@ -1315,23 +1327,23 @@ typedef struct selfcal_correspondence_t {
  */
 typedef struct selfcal_pushed_counts_t {
     /**
-     * Correspondences that the batch had room for.
+     * Number of correspondences that the batch had room for.
      */
     size_t kept;
     /**
-     * Correspondences that replace another one.
+     * Number of correspondences that replaced another one.
      */
     size_t replaced;
     /**
-     * Valid correspondences that the full batch did not take.
+     * Number of valid correspondences that the full batch did not take.
      */
     size_t left_out;
     /**
-     * Correspondences that are not valid.
+     * Number of correspondences that were refused, because they are not valid.
      */
     size_t refused;
     /**
-     * Why the first of these was refused; `SELFCAL_OK` without a refusal.
+     * Why the first refused correspondence was refused; `SELFCAL_OK` without a refusal.
      */
     selfcal_error_t first_refusal;
 } selfcal_pushed_counts_t;
@@ -1341,26 +1353,26 @@ typedef struct selfcal_pushed_counts_t {
  */
 typedef struct selfcal_batch_t {
     /**
-     * Correspondences in the batch.
+     * Number of correspondences in the batch.
      */
     uint32_t held;
     /**
-     * Correspondences offered to this batch: held, left out or refused.
+     * Number of correspondences offered to this batch: held, left out or refused.
      */
     uint32_t offered;
     /**
-     * Valid correspondences that a full batch does not hold.
+     * Number of valid correspondences that the full batch does not hold.
      */
     uint32_t left_out;
     /**
-     * Refused correspondences.
+     * Number of refused correspondences.
      */
     uint32_t refused;
 } selfcal_batch_t;
 
 /**
- * Decoder that finds the frames of a matcher in the bytes of a driver. The caller owns it, as a
- * `selfcal_t`. It holds its position in a frame, and no frame. One for each wire.
+ * Decoder that finds the frames of a matcher in the bytes of a driver. The caller owns the storage, as with
+ * `selfcal_t`. It holds its position in a frame, but no frame. Each wire needs its own.
  */
 typedef struct selfcal_link_t {
     /**
@@ -1370,28 +1382,28 @@ typedef struct selfcal_link_t {
 } selfcal_link_t;
 
 /**
- * A whole frame. All 0 where none is whole.
+ * A whole frame. All fields are 0 if no frame is whole.
  */
 typedef struct selfcal_frame_t {
     /**
-     * Time of the images by the clock of the matcher, us; 0 without one. Not interpreted.
+     * Time of exposure on the clock of the matcher, us; 0 without a clock. Not interpreted.
      */
     uint64_t timestamp_us;
     /**
-     * Number of the frame; it wraps around.
+     * Sequence number of the frame; it wraps around.
      */
     uint32_t sequence;
     /**
-     * Matches in the frame.
+     * Number of matches in the frame.
      */
     uint32_t count;
     /**
-     * Matches of it in the batch. A full batch selects, and refuses matches that are not valid; see
-     * `selfcal_batch`.
+     * Number of these matches in the batch. The batch refuses matches that are not valid, and a full batch selects;
+     * see `selfcal_batch`.
      */
     uint32_t taken;
     /**
-     * Whether a frame is whole: its matches are the batch. Solve it before the next feed.
+     * Whether a frame is whole. Then its matches are the batch: solve it before the next feed.
      */
     bool whole;
     /**
@@ -1421,27 +1433,27 @@ typedef struct selfcal_link_counters_t {
      */
     uint32_t bad_crc;
     /**
-     * Headers with a wrong CRC.
+     * Places where the magic is found, but the header has a wrong CRC.
      */
     uint32_t bad_header;
     /**
-     * Headers with a right CRC that are not of version 1 of the format: correct the sender.
+     * Headers with a correct CRC whose content is not valid in version 1 of the format: correct the sender.
      */
     uint32_t unsupported;
     /**
-     * Frames cut by the start of the next one: bytes are being lost.
+     * Frames cut short by the start of the next frame: bytes are being lost.
      */
     uint32_t truncated;
     /**
-     * Missing frames, by the sequence numbers of the whole ones.
+     * Frames missing between the sequence numbers of the whole frames.
      */
     uint32_t gaps;
     /**
-     * Frames with the sequence number of the previous frame; not returned.
+     * Whole frames with the sequence number of the last whole frame before; they are not returned.
      */
     uint32_t repeats;
     /**
-     * Steps back in the sequence: the sender restarted.
+     * Backward steps of the sequence number: the sender restarted.
      */
     uint32_t restarts;
     /**
@@ -1449,7 +1461,7 @@ typedef struct selfcal_link_counters_t {
      */
     uint32_t overruns;
     /**
-     * Refused frames: images of another size than those of the cameras.
+     * Refused frames: their image size differs from the image size of the left camera.
      */
     uint32_t refused;
     /**
@@ -1463,23 +1475,23 @@ typedef struct selfcal_link_counters_t {
  */
 typedef struct selfcal_frame_header_t {
     /**
-     * Time of exposure on the clock of the sender, us; 0 without one.
+     * Time of exposure on the clock of the sender, us; 0 without a clock.
      */
     uint64_t timestamp_us;
     /**
-     * Number of the frame: one more for each stereo pair, sent or not.
+     * Sequence number of the frame; it increases by 1 for each stereo pair, sent or not, and wraps around.
      */
     uint32_t sequence;
     /**
-     * Width and height of the left image, px; the right one may differ.
+     * Width and height of the left image, px; the right image may have another size.
      */
     uint16_t size_px[2];
     /**
-     * Matches in the frame.
+     * Number of matches in the frame.
      */
     uint16_t count;
     /**
-     * Grid step of pyramid level 0, 1/256 px; 0: that of the coordinates.
+     * Grid step of pyramid level 0, 1/256 px; 0 stands for the coordinate step, `2^-fraction_bits` px.
      */
     uint16_t grid_step;
     /**
@@ -1487,11 +1499,11 @@ typedef struct selfcal_frame_header_t {
      */
     uint8_t fraction_bits;
     /**
-     * Pixel size of a pyramid level over that of the level below, 1/64: 64 to 255; 64 without a pyramid.
+     * Pixel size of a pyramid level over the pixel size of the level below, in 1/64: 64 to 255; 64 without a pyramid.
      */
     uint8_t pyramid_ratio;
     /**
-     * Sum of `SELFCAL_FRAME_` flags, or 0.
+     * Sum of `SELFCAL_FRAME_DROPPED_BEFORE` and `SELFCAL_FRAME_MORE_FOUND`, as far as they hold.
      */
     uint8_t flags;
     /**
@@ -1533,19 +1545,19 @@ typedef struct selfcal_report_t {
      */
     uint16_t passes;
     /**
-     * Correspondences in front of both rectified cameras.
+     * Number of correspondences in front of both rectified cameras.
      */
     uint32_t usable;
     /**
-     * Correspondences that are not.
+     * Number of correspondences that are left out, because they are not in front of both rectified cameras.
      */
     uint32_t skipped;
     /**
-     * Usable correspondences that fit the solution.
+     * Number of usable correspondences that fit the solution and are in front of both cameras at the start.
      */
     uint32_t screened;
     /**
-     * Cost at the start, px^2.
+     * Cost at the start, computed with the loss of the solution, px^2.
      */
     float cost_before;
     /**
@@ -1557,7 +1569,7 @@ typedef struct selfcal_report_t {
      */
     float rms_px_before;
     /**
-     * The same at the solution, px.
+     * RMS row offset of the same correspondences at the solution, px.
      */
     float rms_px_after;
     /**
@@ -1576,11 +1588,11 @@ typedef struct selfcal_outcome_t {
      */
     selfcal_fused_t fused;
     /**
-     * Whether the pair was solved, so that `pair` is valid. A solved pair may still not be fused.
+     * Whether the pair was solved. Then `pair` is valid, even if the pair was not fused.
      */
     bool has_pair;
     /**
-     * Result of the pair alone; 0 where it is not valid.
+     * Result of the pair alone. If it is not valid, its numbers are 0.
      */
     struct selfcal_report_t pair;
 } selfcal_outcome_t;
@@ -1614,26 +1626,27 @@ typedef struct selfcal_sd_t {
 } selfcal_sd_t;
 
 /**
- * A lens parameter, true less given, with its standard deviation.
+ * Error of a lens parameter, with its standard deviation.
  */
 typedef struct selfcal_finding_t {
     /**
-     * Estimate.
+     * Estimated error: the true value minus the given value.
      */
     float value;
     /**
-     * Standard deviation; at first that of the prior.
+     * Standard deviation; at first the standard deviation of the prior.
      */
     float sd;
 } selfcal_finding_t;
 
 /**
- * Errors of the given lens models, as far as pairs show them; right camera less left one, but for the mean. The
- * extrinsics are not corrected by them.
+ * Errors of the given lens models that pairs show: right camera minus left camera, except for the mean. Only
+ * `SELFCAL_LENS_TRACKING_COMPENSATE` corrects the extrinsics for them, namely for the differences of focal length and
+ * `k1`.
  */
 typedef struct selfcal_lens_estimate_t {
     /**
-     * Relative focal length: 0.001 where the right one is 0.1 % longer than given.
+     * Relative focal length: 0.001 if the right one is 0.1 % longer than given.
      */
     struct selfcal_finding_t focal;
     /**
@@ -1649,7 +1662,7 @@ typedef struct selfcal_lens_estimate_t {
      */
     struct selfcal_finding_t p1;
     /**
-     * Principal column, px.
+     * Column of the principal point, px.
      */
     struct selfcal_finding_t principal_x_px;
 } selfcal_lens_estimate_t;
@@ -1669,8 +1682,9 @@ typedef struct selfcal_weakest_t {
 } selfcal_weakest_t;
 
 /**
- * Motion of the rig about the estimate from one pair to the next; 0 where the pairs show no sign of any. The
- * extrinsics of a single pair are off by this much; no calibration follows it.
+ * Motion of the rig from one pair to the next about a constant mean, which is the estimate; 0 if the pairs show no
+ * vibration. The extrinsics of a single pair differ from the estimate by this much. No calibration can follow a
+ * vibration.
  */
 typedef struct selfcal_vibration_t {
     /**
@@ -1692,13 +1706,13 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_extrinsics_t extrinsics;
     /**
-     * Correction of the cameras that they belong to; 0 but with `SELFCAL_LENS_TRACKING_COMPENSATE`.
+     * Correction of the cameras that the extrinsics belong to; 0 without `SELFCAL_LENS_TRACKING_COMPENSATE`.
      */
     struct selfcal_lens_correction_t correction;
     /**
-     * Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
-     * significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best
-     * `R` for it.
+     * Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`, or the `t` in use with the best `R` for it.
+     * The `t` in use is kept in three cases: the baseline is not observed; it is observed, but does not differ
+     * significantly; or image halves disagree with exact lens models.
      */
     struct selfcal_extrinsics_t applicable;
     /**
@@ -1706,7 +1720,7 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_lens_correction_t applicable_correction;
     /**
-     * Fused pairs; those of a repeated scene count once.
+     * Number of pairs in the estimate; pairs of a repeated scene count once.
      */
     uint32_t pairs;
     /**
@@ -1718,19 +1732,19 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_sd_t sd_lens;
     /**
-     * Whether the lens estimate is valid; never in the paper preset and without a lens prior.
+     * Whether `lens` is valid; false in the paper preset and without a lens prior.
      */
     bool has_lens;
     /**
-     * Errors of the lens models; 0 where it is not valid.
+     * Errors of the lens models; 0 if they are not valid.
      */
     struct selfcal_lens_estimate_t lens;
     /**
-     * Whether the covariance is valid; never in the paper preset.
+     * Whether `covariance` is valid; false in the paper preset.
      */
     bool has_covariance;
     /**
-     * Covariance, rad^2, symmetric; 0 where it is not valid. Order: rotation of `R` about x, y, z,
+     * Covariance, rad^2, symmetric; 0 if it is not valid. Order: rotation of `R` about x, y, z,
      * rotation of the baseline about y, z, in the rectified frame.
      */
     float covariance[5][5];
@@ -1743,7 +1757,7 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_weakest_t weakest;
     /**
-     * Motion of the rig about the estimate; none in the paper preset.
+     * Motion of the rig about the estimate; 0 in the paper preset.
      */
     struct selfcal_vibration_t vibration;
     /**
@@ -1751,19 +1765,19 @@ typedef struct selfcal_proposal_t {
      */
     selfcal_state_t state;
     /**
-     * Reasons not to rely on it: sum of `selfcal_reason_t`.
+     * Reasons not to rely on the estimate: sum of `selfcal_reason_t`.
      */
     uint32_t reasons;
     /**
-     * Whether pairs have determined the baseline direction. Points more than some thousand baselines
-     * away do not.
+     * Whether pairs have determined the baseline direction. Points more than some thousand baselines away do not
+     * determine it.
      */
     bool baseline_observed;
 } selfcal_proposal_t;
 
 /**
- * Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
- * matches that fit the estimate.
+ * Quality of the calibration in use and of the estimate, over the matches of the last pair. Both RMS values are over
+ * the matches that fit the estimate.
  */
 typedef struct selfcal_health_t {
     /**
@@ -1775,7 +1789,7 @@ typedef struct selfcal_health_t {
      */
     float proposed_px;
     /**
-     * RMS difference between the row offsets in use and proposed, px: what the extrinsics in use are off by, without
+     * RMS difference between the row offsets in use and proposed, px: the error of the extrinsics in use, without
      * noise and vibration.
      */
     float off_px;
@@ -1788,7 +1802,7 @@ typedef struct selfcal_health_t {
      */
     uint32_t fit_proposed;
     /**
-     * Share of the cells of an 8 x 6 grid over the left image with a match that fits, 0 to 1.
+     * Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image.
      */
     float coverage;
     /**
@@ -1804,8 +1818,8 @@ typedef struct selfcal_health_t {
      */
     float yaw_rad;
     /**
-     * Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the
-     * principal point, px. Both RMS leave it out.
+     * Row offset, px, that the apparent yaw of the lenses leaves in the image corner that is furthest from the
+     * principal point. Both RMS values exclude these row offsets.
      */
     float corner_px;
     /**
@@ -1813,7 +1827,8 @@ typedef struct selfcal_health_t {
      */
     selfcal_error_t rejection;
     /**
-     * Yes or no to an arming check; `reasons` says why not. Vibration is in both RMS; this check leaves it out.
+     * Answer to an arming check; `reasons` says why it is false. Vibration increases both RMS values, but does not
+     * count in this check.
      */
     bool may_arm;
     /**
@@ -1821,16 +1836,16 @@ typedef struct selfcal_health_t {
      */
     uint32_t reasons;
     /**
-     * Mistake that the matches or the estimate show.
+     * The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show.
      */
     selfcal_cause_t cause;
     /**
-     * Readings of `selfcal_push_range` since the last reset that contradicted the yaw: refused, or waiting until more of
-     * them agree. Saturates.
+     * Number of readings of `selfcal_push_range` since the last reset that contradicted the yaw: they were refused, or
+     * had to wait for further readings that agree. Saturates.
      */
     uint16_t contradicting_ranges;
     /**
-     * The same for `selfcal_push_motion`.
+     * The same number for motions of `selfcal_push_motion` and `selfcal_push_tracks`.
      */
     uint16_t contradicting_motions;
 } selfcal_health_t;
@@ -1894,22 +1909,23 @@ typedef struct selfcal_range_t {
      */
     float sd_m;
     /**
-     * 0: along the ray of the pixel, as a laser rangefinder measures it. Otherwise along the optical axis, such as the
-     * distance of a wall ahead.
+     * 0: the distance is along the ray of the pixel, as a laser rangefinder measures it. Otherwise it is along the
+     * optical axis, such as the distance of a wall ahead.
      */
     uint32_t along_axis;
     /**
-     * 0: a match of the last pair within 3 px of `pixel_px` tells the disparity. Otherwise `right_px` does.
+     * 0: the nearest match of the last pair within 3 px of `pixel_px` gives the disparity. Otherwise `right_px` gives
+     * it.
      */
     uint32_t has_right;
     /**
-     * The same point in the right image, px, before undistortion, if the matcher has looked for it.
+     * Column u, row v of the same point in the right image, px, before undistortion, if the matcher has looked for it.
      */
     float right_px[2];
 } selfcal_range_t;
 
 /**
- * A match that was tracked from one pair to a later one: rays of both, written by `selfcal_track`.
+ * A match that was tracked from one pair to a later pair: its rays in both pairs, written by `selfcal_track`.
  */
 typedef struct selfcal_tracked_t {
     /**
@@ -1919,8 +1935,8 @@ typedef struct selfcal_tracked_t {
 } selfcal_tracked_t;
 
 /**
- * Matches of an earlier frame and of the last one, joined by the tracks that a matcher sends with them; up to
- * `SELFCAL_CAPACITY`. The caller owns it, as a `selfcal_t`. One for each link.
+ * Matches of an earlier frame and of the last frame, joined by the track numbers that a matcher sends with them; up to
+ * `SELFCAL_CAPACITY`. The caller owns the storage, as with `selfcal_t`. Each link needs its own.
  */
 typedef struct selfcal_tracks_t {
     /**
@@ -1934,8 +1950,8 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * English text of an error code or of any other value that the API returns; never null. No two enumerations share a
- * number. `"unknown"` for other numbers.
+ * Returns the English text of an error code, or of any other enumeration value that the API returns; never null. No
+ * two enumerations share a number. For other numbers the text is `"unknown"`.
  */
 const char *selfcal_string(uint32_t value);
 
@@ -1953,12 +1969,11 @@ selfcal_error_t selfcal_ray(const struct selfcal_t *cal,
                             float ray[2]);
 
 /**
- * Distorts a ray at unit depth to its pixel, inside the image or not, with a camera of the calibration in
- * use.
+ * Distorts a ray at unit depth to its pixel, with a camera of the calibration in use.
  *
  * * `side`: a `selfcal_side_t`.
  * * `ray`: x, y at z = 1, camera frame, dimensionless.
- * * `pixel`: column u, row v in the raw image, px; not limited to the image.
+ * * `pixel`: column u, row v in the raw image, px; it may be outside the image.
  *
  */
 selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
@@ -1967,46 +1982,47 @@ selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
                               float pixel[2]);
 
 /**
- * English text of the parameter or quantity that `selfcal_init` refuses; never null, `"no
- * error"` where both arguments are valid.
+ * Returns the English text of the parameter or quantity that `selfcal_init` refuses; never null. If both arguments
+ * are valid, the text is `"no error"`.
  *
- * * `config`, `factory`: either may be null, and is not checked then.
+ * * `config`, `factory`: each may be null, and is not checked then.
  */
 const char *selfcal_argument_string(const struct selfcal_config_t *config,
                                     const struct selfcal_factory_t *factory);
 
 /**
- * Writes a factory calibration as a record, once, in production.
+ * Writes a factory calibration as a record. Call it once, in production.
  *
- * * `record`: `SELFCAL_FACTORY_BYTES`.
+ * * `record`: place for `SELFCAL_FACTORY_BYTES` bytes.
  */
 selfcal_error_t selfcal_factory_to_record(const struct selfcal_factory_t *factory, uint8_t *record);
 
 /**
- * Reads a factory calibration from a record, at each start. It is bit-identical to the one written.
+ * Reads a factory calibration from a record. Call it at each start. A calibrator that is initialised with it has the
+ * same cameras and factory extrinsics, bit for bit, as with the calibration that was written.
  *
  * * `record`: from `selfcal_factory_to_record`.
- * * `length`: bytes that were found.
+ * * `length`: number of bytes that were found.
  */
 selfcal_error_t selfcal_factory_from_record(struct selfcal_factory_t *factory,
                                             const uint8_t *record,
                                             size_t length);
 
 /**
- * Returns the size and alignment of the storage that the library needs, and its capacity, to allocate the storage at
- * run time or to compare the library with the header.
+ * Writes the size and alignment of the storage that the library needs, and its capacity. Use them to allocate the
+ * storage at run time, or to compare the library with the header.
  */
 selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements);
 
 /**
- * Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use,
- * with the same or another factory calibration. The generation is 0 then. `selfcal_in_use` has the calibration to load
- * the rectifier with at start.
+ * Initialises a calibrator at a factory calibration. Call it before all other functions of the calibrator. It also
+ * restarts a calibrator in use, with the same or another factory calibration. The generation is 0 afterwards. Load the
+ * rectifier with the calibration that `selfcal_in_use` returns.
  *
  * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
- * * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
+ * * `size`: size of the storage, bytes: `sizeof(selfcal_t)`.
  * * `config`: copied; null for the default.
- * * `factory`: copied. `selfcal_argument_string` tells why either is refused.
+ * * `factory`: copied. `selfcal_argument_string` says why `config` or `factory` is refused.
  */
 selfcal_error_t selfcal_init(struct selfcal_t *cal,
                              size_t size,
@@ -2014,20 +2030,20 @@ selfcal_error_t selfcal_init(struct selfcal_t *cal,
                              const struct selfcal_factory_t *factory);
 
 /**
- * Returns to the factory calibration, releases a freeze, and forgets batch and fused pairs.
+ * Puts the factory calibration back into use, releases a freeze, and forgets the batch and all fused pairs.
  */
 selfcal_error_t selfcal_reset(struct selfcal_t *cal);
 
 /**
- * Reads the calibration in use, at first that of the factory: load the rectifier with it at start, and whenever its
- * generation has changed.
+ * Reads the calibration in use; at first this is the factory calibration. Load the rectifier with it at start, and
+ * again whenever its generation has changed.
  */
 selfcal_error_t selfcal_in_use(const struct selfcal_t *cal,
                                struct selfcal_calibration_t *calibration);
 
 /**
- * Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left
- * image, and prefers the better score among neighbours. The first one after a pair has ended begins a new batch.
+ * Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left image, and
+ * prefers the better score among neighbours. The first correspondence after the end of a pair begins a new batch.
  *
  * * `pushed`: effect on the batch; may be null.
  */
@@ -2036,10 +2052,10 @@ selfcal_error_t selfcal_push(struct selfcal_t *cal,
                              selfcal_pushed_t *pushed);
 
 /**
- * Offers an array of correspondences in their order. Refused ones are counted and are no error.
- * While a pair is being solved none is offered: `SELFCAL_ERROR_BUSY`.
+ * Offers an array of correspondences to the batch, in their order. Refused correspondences are counted, and are not an
+ * error. While a pair is being solved, the batch takes no correspondence: `SELFCAL_ERROR_BUSY`.
  *
- * * `correspondences`: `count` of them; may be null where `count` is 0.
+ * * `correspondences`: array of `count`; may be null if `count` is 0.
  * * `counts`: effect on the batch; may be null.
  */
 selfcal_error_t selfcal_push_array(struct selfcal_t *cal,
@@ -2053,17 +2069,18 @@ selfcal_error_t selfcal_push_array(struct selfcal_t *cal,
 selfcal_error_t selfcal_batch(const struct selfcal_t *cal, struct selfcal_batch_t *batch);
 
 /**
- * Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame
- * that is half read.
+ * Initialises a link. Call it before all other functions of the link. It also restarts a link in use; a frame that is
+ * partly read is dropped, and the counters are 0.
  *
  * * `size`: size of the storage, bytes: `sizeof(selfcal_link_t)`.
  */
-selfcal_error_t selfcal_link_init(struct selfcal_link_t *link, size_t size);
+selfcal_error_t selfcal_link_init(struct selfcal_link_t *link,
+                                  size_t size);
 
 /**
  * Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A
  * frame replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder
- * finds the next one.
+ * finds the next frame.
  *
  * Feed all bytes, in their order, in a loop:
  *
@@ -2077,14 +2094,13 @@ selfcal_error_t selfcal_link_init(struct selfcal_link_t *link, size_t size);
  * } while (used > 0 && length > 0);
  * ```
  *
- * Do not push, and begin no pair, while a frame comes in: until it is whole none of its matches is used. While a
- * pair is being solved the call returns `SELFCAL_ERROR_BUSY` and uses no bytes: feed the same
- * bytes later. After `SELFCAL_ERROR_IMAGE_SIZE` feed the rest: the frame is skipped and
- * the batch is unchanged.
+ * Do not push a correspondence, and do not begin a pair, while a frame arrives: its matches are hidden until it is
+ * whole. While a pair is being solved, the call returns `SELFCAL_ERROR_BUSY` and uses no bytes: feed the same bytes
+ * later. After `SELFCAL_ERROR_IMAGE_SIZE` feed the rest: the frame is skipped, and the batch is unchanged.
  *
- * * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
- * * `used`: number of bytes used, also set with errors; 0 where nothing was done.
- * * `frame`: the frame, if one is whole; else all 0, also with errors.
+ * * `bytes`: array of `length`; may be null if `length` is 0. Not needed after the call.
+ * * `used`: number of bytes used, also written with errors; 0 if nothing was decoded.
+ * * `frame`: the frame, if one is whole; otherwise, and with errors, all 0.
  */
 selfcal_error_t selfcal_link_feed(struct selfcal_link_t *link,
                                   struct selfcal_t *cal,
@@ -2094,8 +2110,8 @@ selfcal_error_t selfcal_link_feed(struct selfcal_link_t *link,
                                   struct selfcal_frame_t *frame);
 
 /**
- * Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART.
- * Then feed on: the decoder finds the next whole frame.
+ * Counts an overrun of the receiver, such as a ring buffer that wrapped or an overrun that a UART reports. Go on
+ * feeding: the decoder finds the next whole frame.
  */
 selfcal_error_t selfcal_link_note_overrun(struct selfcal_link_t *link);
 
@@ -2106,18 +2122,19 @@ selfcal_error_t selfcal_link_counters(const struct selfcal_link_t *link,
                                       struct selfcal_link_counters_t *counters);
 
 /**
- * Whether a match fits into a frame: count those that do before the frame is begun.
+ * Checks whether a match can be encoded in a frame. Count such matches before the frame begins, because the header
+ * contains their number.
  *
- * * `header`: of the frame; its count is ignored.
+ * * `header`: header of the frame; its count is ignored.
  */
 selfcal_error_t selfcal_frame_check(const struct selfcal_frame_header_t *header,
                                     const struct selfcal_correspondence_t *correspondence);
 
 /**
- * Begins a frame, also in an encoder in use. The header has the number of the matches to come.
+ * Begins a frame, also in an encoder in use. The header contains the number of matches that follow.
  *
  * * `size`: size of the storage, bytes: `sizeof(selfcal_encoder_t)`.
- * * `bytes`: the first `SELFCAL_FRAME_HEADER_BYTES` of the frame, written.
+ * * `bytes`: place for the first `SELFCAL_FRAME_HEADER_BYTES` bytes of the frame.
  */
 selfcal_error_t selfcal_frame_begin(struct selfcal_encoder_t *encoder,
                                     size_t size,
@@ -2128,16 +2145,16 @@ selfcal_error_t selfcal_frame_begin(struct selfcal_encoder_t *encoder,
  * Encodes the next match of a frame. A match that is refused changes nothing: send another one in its
  * place, or begin the next frame.
  *
- * * `bytes`: the next `SELFCAL_FRAME_MATCH_BYTES` of the frame, written.
+ * * `bytes`: place for the next `SELFCAL_FRAME_MATCH_BYTES` bytes of the frame.
  */
 selfcal_error_t selfcal_frame_match(struct selfcal_encoder_t *encoder,
                                     const struct selfcal_correspondence_t *correspondence,
                                     uint8_t *bytes);
 
 /**
- * `selfcal_frame_match` of a match that a tracker follows.
+ * Does the same as `selfcal_frame_match`, for a match that a tracker follows.
  *
- * * `track`: number of its track, of which the low 12 bits are sent; 0 without one.
+ * * `track`: number of the track; its low 12 bits are sent. 0 for a match without a track.
  */
 selfcal_error_t selfcal_frame_tracked_match(struct selfcal_encoder_t *encoder,
                                             const struct selfcal_correspondence_t *correspondence,
@@ -2145,23 +2162,23 @@ selfcal_error_t selfcal_frame_tracked_match(struct selfcal_encoder_t *encoder,
                                             uint8_t *bytes);
 
 /**
- * Ends a frame with its CRC. Refused while matches are missing: add them, or begin the next frame; the
- * receiver drops this one.
+ * Ends a frame with its CRC. While matches are missing, it returns `SELFCAL_ERROR_FRAME_MISSING`: add them, or begin
+ * the next frame; the receiver then drops this one.
  *
- * * `bytes`: the last `SELFCAL_FRAME_END_BYTES` of the frame, written.
+ * * `bytes`: place for the last `SELFCAL_FRAME_END_BYTES` bytes of the frame.
  */
 selfcal_error_t selfcal_frame_end(const struct selfcal_encoder_t *encoder,
                                   uint8_t *bytes);
 
 /**
  * Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the
- * result. A pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and
- * are no error.
+ * result. A pair that was being solved is abandoned. Refused correspondences are not an error; `selfcal_batch`
+ * counts them.
  *
  * An error from 500 on says why the pair is not part of the estimate, which is normal: go on with the next pair.
  *
- * * `correspondences`: `count` of them; may be null where `count` is 0.
- * * `outcome`: written with these errors too; may be null.
+ * * `correspondences`: array of `count`; may be null if `count` is 0.
+ * * `outcome`: written with these errors, too; may be null.
  */
 selfcal_error_t selfcal_take_pair(struct selfcal_t *cal,
                                   const struct selfcal_correspondence_t *correspondences,
@@ -2170,20 +2187,20 @@ selfcal_error_t selfcal_take_pair(struct selfcal_t *cal,
 
 /**
  * Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins
- * a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of
- * `selfcal_take_pair`.
+ * a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the
+ * same errors as `selfcal_take_pair`.
  *
- * * `outcome`: written with these errors too; may be null.
+ * * `outcome`: written with these errors, too; may be null.
  */
 selfcal_error_t selfcal_solve_pair(struct selfcal_t *cal,
                                    struct selfcal_outcome_t *outcome);
 
 /**
- * Takes one step of a pair: at most one pass over the batch. The first step begins with the correspondences pushed so
- * far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for bit; a pair with
- * an error has ended.
+ * Takes one step of a pair: at most one pass over the batch. The first step begins the pair with the correspondences
+ * pushed so far, and the last step fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for
+ * bit. An error from 500 on ends the pair.
  *
- * * `ended`: whether the pair has ended, also written with these errors.
+ * * `ended`: whether the pair has ended; written with these errors, too.
  * * `outcome`: written once the pair has ended; may be null.
  */
 selfcal_error_t selfcal_advance_pair(struct selfcal_t *cal,
@@ -2196,20 +2213,22 @@ selfcal_error_t selfcal_advance_pair(struct selfcal_t *cal,
 selfcal_error_t selfcal_discard_pair(struct selfcal_t *cal);
 
 /**
- * How far the estimate can be relied on.
+ * Reads the state of the estimate.
  */
 selfcal_error_t selfcal_state(const struct selfcal_t *cal, selfcal_state_t *state);
 
 /**
- * The estimate over all fused pairs.
+ * Reads the estimate over all fused pairs. Without an estimate it returns `SELFCAL_ERROR_NO_ESTIMATE`.
  */
-selfcal_error_t selfcal_proposal(const struct selfcal_t *cal, struct selfcal_proposal_t *proposal);
+selfcal_error_t selfcal_proposal(const struct selfcal_t *cal,
+                                 struct selfcal_proposal_t *proposal);
 
 /**
- * Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it
- * before the next correspondence is pushed.
+ * Compares the calibration in use with the estimate over the matches of the last pair, in one pass over the batch.
+ * Call it before the next correspondence is pushed.
  *
- * `SELFCAL_ERROR_NO_ESTIMATE`, `SELFCAL_ERROR_NO_MATCH`: there is no health.
+ * Without an estimate it returns `SELFCAL_ERROR_NO_ESTIMATE`, and without a match that fits the estimate
+ * `SELFCAL_ERROR_NO_MATCH`.
  *
  * * `cause`: the likeliest mistake in rig file or matcher, also written with these two errors; may be null.
  */
@@ -2218,11 +2237,12 @@ selfcal_error_t selfcal_health(const struct selfcal_t *cal,
                                selfcal_cause_t *cause);
 
 /**
- * Expected depth error of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. One
- * pass over the batch. The noise of the matcher is not included. In the locked state only.
+ * Writes the expected depth errors of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. Takes one
+ * pass over the batch. The noise of the matcher and the error of the baseline length are not included. Returns
+ * `SELFCAL_ERROR_NOT_LOCKED` unless the estimate is locked.
  *
  * * `baseline_m`: length of the baseline, m; finite and above 0.
- * * `errors`: m.
+ * * `errors`: expected depth errors, m.
  *
  */
 selfcal_error_t selfcal_depth_errors(const struct selfcal_t *cal,
@@ -2237,11 +2257,13 @@ selfcal_error_t selfcal_depth_errors(const struct selfcal_t *cal,
 selfcal_error_t selfcal_apply(struct selfcal_t *cal, struct selfcal_calibration_t *applied);
 
 /**
- * Puts the calibration before the last change back into use, once. The estimate stays.
+ * Puts the calibration that the last change replaced back into use. A second call in a row has nothing to undo. The
+ * estimate does not change.
  *
  * * `restored`: the calibration now in use; may be null.
  */
-selfcal_error_t selfcal_undo(struct selfcal_t *cal, struct selfcal_calibration_t *restored);
+selfcal_error_t selfcal_undo(struct selfcal_t *cal,
+                             struct selfcal_calibration_t *restored);
 
 /**
  * Freezes the estimate and the calibration in use, or releases both.
@@ -2258,8 +2280,8 @@ selfcal_error_t selfcal_rotations(const struct selfcal_t *cal,
                                   struct selfcal_rotations_t *rectifying);
 
 /**
- * Chooses the camera of rectified images of the left camera's size, for cameras side by side.
- * Takes 136 undistortions: call it when the generation changes, not per frame.
+ * Chooses the common camera of both rectified images, which have the size of the left image. This is for cameras side
+ * by side. It takes 136 undistortions: call it when the generation changes, and not for each frame.
  *
  * * `source`: a `selfcal_source_t`.
  * * `alpha`: 0 to 1. 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
@@ -2274,7 +2296,7 @@ selfcal_error_t selfcal_choose_camera(const struct selfcal_t *cal,
  * Computes the two rectifying homographies.
  *
  * * `source`: a `selfcal_source_t`.
- * * `camera`: from `selfcal_choose_camera`, or any other: finite, and of a focal length above 0.
+ * * `camera`: from `selfcal_choose_camera`, or any other camera with finite numbers and a focal length above 0.
  */
 selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      uint32_t source,
@@ -2282,15 +2304,15 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
                                      struct selfcal_homographies_t *homographies);
 
 /**
- * Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and
- * covariance, noise, vibration, and what is known of lens and mount. Not included: the factory calibration (see
- * `selfcal_factory_to_record`), the batch, a pair that is being solved, the estimate of the paper preset.
+ * Writes the calibration in use and the estimate as a record for non-volatile memory. The estimate is a prior: pose
+ * and covariance, noise, vibration, and the knowledge of lens and mount. The record omits the factory calibration (see
+ * `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
  *
  * The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
- * record until the new one is written: `selfcal_restore` detects one that a loss of power has cut
+ * record until the new one is written: `selfcal_restore` detects a record that a loss of power has cut
  * short.
  *
- * * `record`: `SELFCAL_SNAPSHOT_BYTES`.
+ * * `record`: place for `SELFCAL_SNAPSHOT_BYTES` bytes.
  */
 selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
                                  uint8_t *record);
@@ -2299,23 +2321,24 @@ selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
  * Replaces everything that has been learnt by a record: the calibration in use, and the estimate. The rig may have
  * changed since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
  *
- * Call it after `selfcal_init`, with the same factory calibration. If it is refused, the calibrator is as after
- * `selfcal_reset`: go on from the factory calibration.
+ * Call it after `selfcal_init` with the same factory calibration. If the record is refused, the calibrator is in the
+ * state after `selfcal_reset`: go on from the factory calibration.
  *
  * * `record`: from `selfcal_snapshot`, also of another machine or another capacity.
- * * `length`: bytes that were found; other than `SELFCAL_SNAPSHOT_BYTES` they are a damaged record.
+ * * `length`: number of bytes that were found. A record of another length than `SELFCAL_SNAPSHOT_BYTES` is damaged.
  */
 selfcal_error_t selfcal_restore(struct selfcal_t *cal,
                                 const uint8_t *record,
                                 size_t length);
 
 /**
- * Adds a point of known distance, once the pair that shows it has ended, and before the next: it tells the yaw of the
- * mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match that fits the
- * estimate: its own, or one of the pair within 3 px. Five readings of 1 %, or ten of 3 %, are enough.
+ * Adds a point of known distance, which separates the yaw of the mount from the apparent yaw of the lens. Call it
+ * after the end of the pair that shows the point, and before the next pair. It needs the length of the baseline
+ * (`selfcal_factory_t.baseline_m`) and a match that fits the estimate: `right_px`, or a match of the pair within 3 px.
+ * Five readings with an error of 1 %, or ten with an error of 3 %, are enough.
  *
- * A reading that contradicts the yaw so far waits until more readings in a row agree with it than support that yaw,
- * of which three count.
+ * A reading that contradicts the present yaw waits. The present yaw is replaced once enough contradicting readings in
+ * a row agree with each other: more than support the present yaw, which takes two to four.
  *
  * * `witnessed`: effect on the estimate; may be null.
  */
@@ -2334,11 +2357,13 @@ selfcal_error_t selfcal_track(const struct selfcal_t *cal,
                               struct selfcal_tracked_t *tracked);
 
 /**
- * Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
- * baseline, once the later pair has ended: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
- * A motion that contradicts the yaw so far waits, as a reading of `selfcal_push_range` does.
+ * Adds matches that were tracked from one pair to a later pair while the rig moved by several lengths of its baseline.
+ * They separate the yaw of the mount from the apparent yaw of the lens. Call it after the end of the later pair. Up to
+ * 256 matches are read, 17 times each. A motion that contradicts the present yaw waits, as a reading of
+ * `selfcal_push_range` does.
  *
- * * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
+ * * `tracked`: array of `count` matches, written by `selfcal_track`.
+ * * `witnessed`: effect on the estimate; may be null.
  */
 selfcal_error_t selfcal_push_motion(struct selfcal_t *cal,
                                     const struct selfcal_tracked_t *tracked,
@@ -2346,14 +2371,15 @@ selfcal_error_t selfcal_push_motion(struct selfcal_t *cal,
                                     selfcal_witnessed_t *witnessed);
 
 /**
- * Initialises tracks. Call it before the others; it also forgets the frames of tracks in use.
+ * Initialises tracks. Call it before all other functions of the tracks. For tracks in use, it forgets their frames.
  *
  * * `size`: size of the storage, bytes: `sizeof(selfcal_tracks_t)`.
  */
-selfcal_error_t selfcal_tracks_init(struct selfcal_tracks_t *tracks, size_t size);
+selfcal_error_t selfcal_tracks_init(struct selfcal_tracks_t *tracks,
+                                    size_t size);
 
 /**
- * `selfcal_link_feed` for a matcher that sends tracks: `tracks` receive each frame too.
+ * Does the same as `selfcal_link_feed`, for a matcher that sends tracks: `tracks` also receive each frame.
  */
 selfcal_error_t selfcal_link_feed_tracked(struct selfcal_link_t *link,
                                           struct selfcal_t *cal,
@@ -2364,9 +2390,10 @@ selfcal_error_t selfcal_link_feed_tracked(struct selfcal_link_t *link,
                                           struct selfcal_frame_t *frame);
 
 /**
- * `selfcal_push_motion` of the matches that an earlier frame and that of the last pair share, once the pair has ended.
- * After a measurement the last frame is the earlier one; until the rig has moved far enough
- * (`SELFCAL_ERROR_NO_MOTION`), later frames are joined to the same one.
+ * Does the same as `selfcal_push_motion`, with the tracked matches that the earlier frame and the frame of the last
+ * pair share. Call it after the end of the pair. Each frame is joined to the same earlier frame until the rig has
+ * moved far enough for a measurement; before, the call returns `SELFCAL_ERROR_NO_MOTION`. After a measurement the last
+ * frame becomes the earlier frame.
  *
  * * `witnessed`: effect on the estimate; may be null.
  */

@@ -1,4 +1,4 @@
-//! The calibration in use: apply, undo, freeze.
+//! Changes of the calibration in use: apply, undo, freeze.
 
 use crate::calibration::selfcal_calibration_t;
 use crate::error::{selfcal_error_t, status};
@@ -21,7 +21,8 @@ pub unsafe extern "C" fn selfcal_apply(
     })
 }
 
-/// Puts the calibration before the last change back into use, once. The estimate stays.
+/// Puts the calibration that the last change replaced back into use. A second call in a row has nothing to undo. The
+/// estimate does not change.
 ///
 /// * `restored`: the calibration now in use; may be null.
 #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! Extrinsics and the cameras that they belong to, together.
+//! A calibration: extrinsics, and the cameras that they belong to.
 
 use stereo_selfcal::Calibration;
 
@@ -14,7 +14,7 @@ use crate::pointer::Out;
 pub struct selfcal_calibration_t {
     /// Left camera, as given.
     pub left: selfcal_camera_t,
-    /// Right camera, as given, or corrected with `SELFCAL_LENS_TRACKING_COMPENSATE`.
+    /// Right camera, as given; with `SELFCAL_LENS_TRACKING_COMPENSATE` it may be corrected.
     pub right: selfcal_camera_t,
     /// `p_r = R p_l + t`.
     pub extrinsics: selfcal_extrinsics_t,
@@ -35,8 +35,8 @@ impl From<&Calibration<f32>> for selfcal_calibration_t {
     }
 }
 
-/// Reads the calibration in use, at first that of the factory: load the rectifier with it at start, and whenever its
-/// generation has changed.
+/// Reads the calibration in use; at first this is the factory calibration. Load the rectifier with it at start, and
+/// again whenever its generation has changed.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_in_use(
     cal: *const selfcal_t,

@@ -1,4 +1,4 @@
-//! The two cameras, and conversion between pixels and rays.
+//! The two cameras, and the conversion between pixels and rays.
 
 use core::ffi::CStr;
 
@@ -36,7 +36,7 @@ const RATIONAL: u32 = selfcal_lens_t::SELFCAL_LENS_RATIONAL as u32;
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_side_t {
-    /// Left: the origin of the rig, `p_r = R p_l + t`.
+    /// Left: its frame is the frame of the rig, `p_r = R p_l + t`.
     SELFCAL_SIDE_LEFT = 0,
     /// Right.
     SELFCAL_SIDE_RIGHT = 1,
@@ -54,14 +54,14 @@ pub struct selfcal_camera_t {
     pub size_px: [u16; 2],
     /// A `selfcal_lens_t`.
     pub lens: u32,
-    /// Lens coefficients in OpenCV's order, dimensionless; 0 where the model uses none.
+    /// Lens coefficients in OpenCV's order, dimensionless. Coefficients that the model does not use are 0.
     pub distortion: [f32; 8],
 }
 
-/// Text of what is wrong with a camera: of the left one, and of the right one.
+/// Texts of a fault of a camera: for the left camera and for the right camera.
 pub(crate) type Fault = [&'static CStr; 2];
 
-/// The text of a fault of either camera.
+/// Returns both texts of a fault.
 macro_rules! of_either {
     ($text:literal) => {
         [text(concat!("left camera: ", $text, "\0")), text(concat!("right camera: ", $text, "\0"))]
@@ -88,7 +88,7 @@ fn fault(error: CameraError) -> Fault {
 }
 
 impl selfcal_camera_t {
-    /// The camera of the core; any bits are checked.
+    /// Returns the camera of the core, or the texts of the fault; any bits are checked.
     pub(crate) fn core(&self) -> Result<Camera<f32>, Fault> {
         let [k1, k2, k3, k4, k5, beyond @ ..] = self.distortion;
         let none = |unused: &[f32]| {
@@ -136,7 +136,7 @@ impl From<&Camera<f32>> for selfcal_camera_t {
     }
 }
 
-/// A camera of the calibration in use.
+/// Returns a camera of the calibration in use.
 fn camera(instance: &Instance, side: u32) -> Result<Camera<f32>, selfcal_error_t> {
     const LEFT: u32 = selfcal_side_t::SELFCAL_SIDE_LEFT as u32;
     const RIGHT: u32 = selfcal_side_t::SELFCAL_SIDE_RIGHT as u32;
@@ -172,12 +172,11 @@ pub unsafe extern "C" fn selfcal_ray(
     })
 }
 
-/// Distorts a ray at unit depth to its pixel, inside the image or not, with a camera of the calibration in
-/// use.
+/// Distorts a ray at unit depth to its pixel, with a camera of the calibration in use.
 ///
 /// * `side`: a `selfcal_side_t`.
 /// * `ray`: x, y at z = 1, camera frame, dimensionless.
-/// * `pixel`: column u, row v in the raw image, px; not limited to the image.
+/// * `pixel`: column u, row v in the raw image, px; it may be outside the image.
 ///
 /// cbindgen:ptrs-as-arrays=[[ray; 2], [pixel; 2]]
 #[unsafe(no_mangle)]

@@ -1,28 +1,28 @@
 //! Capacity of a pair, and the storage for it.
 
-/// Largest number of correspondences in a batch; a full batch selects.
+/// Largest number of correspondences in a batch. A full batch keeps a selection.
 #[cfg(feature = "capacity-1024")]
 pub const SELFCAL_CAPACITY: usize = 1024;
 
-/// Largest number of correspondences in a batch; a full batch selects.
+/// Largest number of correspondences in a batch. A full batch keeps a selection.
 #[cfg(all(feature = "capacity-512", not(feature = "capacity-1024")))]
 pub const SELFCAL_CAPACITY: usize = 512;
 
-/// Largest number of correspondences in a batch; a full batch selects.
+/// Largest number of correspondences in a batch. A full batch keeps a selection.
 #[cfg(all(
     feature = "capacity-128",
     not(any(feature = "capacity-512", feature = "capacity-1024"))
 ))]
 pub const SELFCAL_CAPACITY: usize = 128;
 
-/// Largest number of correspondences in a batch; a full batch selects.
+/// Largest number of correspondences in a batch. A full batch keeps a selection.
 #[cfg(all(
     feature = "capacity-64",
     not(any(feature = "capacity-128", feature = "capacity-512", feature = "capacity-1024"))
 ))]
 pub const SELFCAL_CAPACITY: usize = 64;
 
-/// Largest number of correspondences in a batch; a full batch selects.
+/// Largest number of correspondences in a batch. A full batch keeps a selection.
 #[cfg(not(any(
     feature = "capacity-64",
     feature = "capacity-128",

@@ -1,4 +1,4 @@
-//! The configuration: plain fields, of which 0 stands for the default.
+//! The configuration: plain fields. 0 in a field stands for its default.
 
 use core::ffi::CStr;
 
@@ -19,7 +19,7 @@ pub enum selfcal_preset_t {
     SELFCAL_PRESET_PAPER = 1,
 }
 
-/// Central tendency of the pairs' angles in fusion; paper preset.
+/// Central value of the rotation angles of the pairs, for fusion in the paper preset.
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_angle_t {
@@ -33,62 +33,66 @@ pub enum selfcal_angle_t {
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_lens_tracking_t {
-    /// They are estimated, and widen the deviations. The extrinsics belong to the given lens models.
+    /// Errors are estimated and reported, and they increase the reported deviations. The extrinsics belong to the given
+    /// lens models.
     SELFCAL_LENS_TRACKING_REPORT = 0,
-    /// Differences of focal length and of `k1` are compensated, where that halves the deviation of `t`:
-    /// `SELFCAL_FUSED_LENS_CORRECTED`. For callers who rectify with the cameras of the calibration in
-    /// use, as the functions here do.
+    /// Differences of focal length and of `k1` are compensated, if that halves the standard deviation of `t`; see
+    /// `SELFCAL_FUSED_LENS_CORRECTED`. This is for callers that rectify with the cameras of the calibration in use, as
+    /// the functions of this API do.
     SELFCAL_LENS_TRACKING_COMPENSATE = 1,
 }
 
 /// Parameters of a calibrator. 0 in a field stands for its default: `selfcal_config_t config = {0}` is the default
-/// configuration, and `{.memory_pairs = 300}` changes one parameter. `selfcal_init` checks them all.
+/// configuration, and `{.memory_pairs = 300}` changes one parameter. `selfcal_init` checks all fields.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_config_t {
     /// A `selfcal_preset_t`.
     pub preset: u32,
-    /// Largest number of passes over the batch, the bound on the time of a pair: 2 or more; default 24 in the robust
-    /// preset, 100 in the paper preset. The robust preset takes up to 9 if it is lower.
+    /// Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24 in
+    /// the robust preset, 100 in the paper preset. The robust preset takes up to 9 passes even if the limit is lower.
     pub max_passes: u16,
-    /// Fewest usable correspondences of a pair: 6 or more; default 12.
+    /// Least number of usable correspondences that a pair needs: 6 or more; default 12.
     pub min_correspondences: u16,
-    /// Number of pairs after which the oldest fade: 20 or more; default 1000. A larger number averages longer; a
-    /// smaller one follows a slow drift. Robust preset.
+    /// Number `n` of fused pairs after which each further pair multiplies the weight of the older pairs by `1 - 1 / n`:
+    /// 20 or more; default 1000. A larger number averages longer; a smaller one follows a slow drift. Robust preset.
     pub memory_pairs: u32,
-    /// Largest distance of a fused pair from the factory extrinsics, rad: above 0 and below 1.5; default 0.5.
+    /// Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the pair, or of
+    /// the estimate with the pair, differs from the factory value by a larger angle.
     pub max_correction_rad: f32,
-    /// Standard deviation of the prior at the factory extrinsics, about each axis, rad: 1e-4 to 1; default 0.1. A
-    /// larger value allows larger corrections; a smaller one stabilises pairs with little information. Robust preset.
+    /// Standard deviation of the factory extrinsics about each axis, rad: 1e-4 to 1; default 0.1. A larger value
+    /// follows a rig that is further off; a smaller one stabilises pairs with little information. Robust preset.
     pub prior_sd_rad: f32,
-    /// Lower bound on the estimated noise, px, which keeps the information finite on data without noise: finite and
-    /// above 0; default 0.15 of a coordinate in the robust preset, 0.02 of a row offset in the paper preset.
+    /// Lower bound of the estimated noise, px: finite and above 0. Robust preset: noise of a coordinate, default 0.15.
+    /// Paper preset: noise of a row offset, default 0.02. The bound keeps the information finite on data without noise.
     pub noise_floor_px: f32,
-    /// Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. Larger uses more
-    /// matches and admits more outliers. In both presets a match fits, for the health, within three thresholds.
+    /// Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. A larger value lets
+    /// outliers bias the result; a smaller one discards the information of good matches. In both presets the health
+    /// counts a match as fitting if its row offset is within three thresholds, or within 4.2 times the noise of a
+    /// coordinate if that is more.
     pub huber_threshold_px: f32,
-    /// Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. Values below 1e-6
-    /// act as 1e-6.
+    /// Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. A value below the
+    /// resolution of `f32`, about 1e-6, acts as 1e-6.
     pub step_tolerance_rad: f32,
-    /// Largest standard deviation of the weakest direction of a fused pair, rad: finite and above 0; default 0.12.
-    /// Paper preset.
+    /// Largest standard deviation of the least certain direction of a fused pair, rad: finite and above 0; default
+    /// 0.12. Paper preset.
     pub max_sd_rad: f32,
     /// A `selfcal_angle_t`. Paper preset.
     pub angle: u32,
-    /// A `selfcal_lens_tracking_t`. Robust preset with lens deviations.
+    /// A `selfcal_lens_tracking_t`. Robust preset with a lens prior.
     pub lens_tracking: u32,
     /// 1 if `lens_prior` replaces the default deviations of the lens models. Robust preset.
     pub has_lens_prior: u32,
-    /// How far the given lens models are trusted: the deviations with the lens uncertain cover such errors. All 0
-    /// takes the lens models as exact, and image halves that disagree then block.
+    /// Standard deviations of the given lens models, which `sd_lens` of the proposal covers. All 0 take the lens models
+    /// as exact; disagreeing image halves then forbid to apply the estimate (`SELFCAL_REASON_BIASED`).
     pub lens_prior: selfcal_lens_prior_t,
 }
 
 /// Why a configuration is refused.
 pub(crate) enum ConfigFault {
-    /// A parameter.
+    /// A parameter is out of its range.
     Parameter(ConfigError),
-    /// A field without a value of its enumeration.
+    /// A field has no value of its enumeration.
     Enumeration(&'static CStr),
 }
 
@@ -131,7 +135,7 @@ impl ConfigFault {
 }
 
 impl selfcal_config_t {
-    /// The configuration of the core; any bits are checked.
+    /// Returns the configuration of the core, or the fault; any bits are checked.
     pub(crate) fn core(&self) -> Result<Config, ConfigFault> {
         const PAPER: u32 = selfcal_preset_t::SELFCAL_PRESET_PAPER as u32;
         const COMPENSATE: u32 = selfcal_lens_tracking_t::SELFCAL_LENS_TRACKING_COMPENSATE as u32;
@@ -166,7 +170,7 @@ impl selfcal_config_t {
         }
     }
 
-    /// The parameters of the paper preset alone.
+    /// Returns the parameters that only the paper preset has.
     fn paper(&self) -> Result<Settings, ConfigFault> {
         const MEDIAN: u32 = selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32;
         let settings = match self.angle {
@@ -179,7 +183,7 @@ impl selfcal_config_t {
     }
 }
 
-/// With a parameter, unless it is 0.
+/// Returns the configuration with a parameter set, unless the parameter is 0.
 fn given<C, N: Default + PartialEq>(
     config: C,
     value: N,

@@ -1,4 +1,4 @@
-//! Frames of a matcher in software.
+//! Encoder of frames, for a matcher in software.
 
 use core::mem::MaybeUninit;
 
@@ -60,21 +60,21 @@ const _: () = assert!(SELFCAL_FRAME_MATCH_BYTES == MatchRecord::BYTES);
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, FromBytes)]
 pub struct selfcal_frame_header_t {
-    /// Time of exposure on the clock of the sender, us; 0 without one.
+    /// Time of exposure on the clock of the sender, us; 0 without a clock.
     pub timestamp_us: u64,
-    /// Number of the frame: one more for each stereo pair, sent or not.
+    /// Sequence number of the frame; it increases by 1 for each stereo pair, sent or not, and wraps around.
     pub sequence: u32,
-    /// Width and height of the left image, px; the right one may differ.
+    /// Width and height of the left image, px; the right image may have another size.
     pub size_px: [u16; 2],
-    /// Matches in the frame.
+    /// Number of matches in the frame.
     pub count: u16,
-    /// Grid step of pyramid level 0, 1/256 px; 0: that of the coordinates.
+    /// Grid step of pyramid level 0, 1/256 px; 0 stands for the coordinate step, `2^-fraction_bits` px.
     pub grid_step: u16,
     /// Fraction bits of the coordinates, 0 to 8.
     pub fraction_bits: u8,
-    /// Pixel size of a pyramid level over that of the level below, 1/64: 64 to 255; 64 without a pyramid.
+    /// Pixel size of a pyramid level over the pixel size of the level below, in 1/64: 64 to 255; 64 without a pyramid.
     pub pyramid_ratio: u8,
-    /// Sum of `SELFCAL_FRAME_` flags, or 0.
+    /// Sum of `SELFCAL_FRAME_DROPPED_BEFORE` and `SELFCAL_FRAME_MORE_FOUND`, as far as they hold.
     pub flags: u8,
     /// Ignored.
     pub reserved: u8,
@@ -102,9 +102,10 @@ impl TryFrom<selfcal_frame_header_t> for FrameHeader {
     }
 }
 
-/// Whether a match fits into a frame: count those that do before the frame is begun.
+/// Checks whether a match can be encoded in a frame. Count such matches before the frame begins, because the header
+/// contains their number.
 ///
-/// * `header`: of the frame; its count is ignored.
+/// * `header`: header of the frame; its count is ignored.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_frame_check(
     header: *const selfcal_frame_header_t,
@@ -120,10 +121,10 @@ pub unsafe extern "C" fn selfcal_frame_check(
     })
 }
 
-/// Begins a frame, also in an encoder in use. The header has the number of the matches to come.
+/// Begins a frame, also in an encoder in use. The header contains the number of matches that follow.
 ///
 /// * `size`: size of the storage, bytes: `sizeof(selfcal_encoder_t)`.
-/// * `bytes`: the first `SELFCAL_FRAME_HEADER_BYTES` of the frame, written.
+/// * `bytes`: place for the first `SELFCAL_FRAME_HEADER_BYTES` bytes of the frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_frame_begin(
     encoder: *mut selfcal_encoder_t,
@@ -147,20 +148,20 @@ pub unsafe extern "C" fn selfcal_frame_begin(
 /// Encodes the next match of a frame. A match that is refused changes nothing: send another one in its
 /// place, or begin the next frame.
 ///
-/// * `bytes`: the next `SELFCAL_FRAME_MATCH_BYTES` of the frame, written.
+/// * `bytes`: place for the next `SELFCAL_FRAME_MATCH_BYTES` bytes of the frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_frame_match(
     encoder: *mut selfcal_encoder_t,
     correspondence: *const selfcal_correspondence_t,
     bytes: *mut u8,
 ) -> selfcal_error_t {
-    // SAFETY: as this function.
+    // SAFETY: the caller keeps the contract of the crate.
     unsafe { selfcal_frame_tracked_match(encoder, correspondence, 0, bytes) }
 }
 
-/// `selfcal_frame_match` of a match that a tracker follows.
+/// Does the same as `selfcal_frame_match`, for a match that a tracker follows.
 ///
-/// * `track`: number of its track, of which the low 12 bits are sent; 0 without one.
+/// * `track`: number of the track; its low 12 bits are sent. 0 for a match without a track.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_frame_tracked_match(
     encoder: *mut selfcal_encoder_t,
@@ -179,10 +180,10 @@ pub unsafe extern "C" fn selfcal_frame_tracked_match(
     })
 }
 
-/// Ends a frame with its CRC. Refused while matches are missing: add them, or begin the next frame; the
-/// receiver drops this one.
+/// Ends a frame with its CRC. While matches are missing, it returns `SELFCAL_ERROR_FRAME_MISSING`: add them, or begin
+/// the next frame; the receiver then drops this one.
 ///
-/// * `bytes`: the last `SELFCAL_FRAME_END_BYTES` of the frame, written.
+/// * `bytes`: place for the last `SELFCAL_FRAME_END_BYTES` bytes of the frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_frame_end(
     encoder: *const selfcal_encoder_t,

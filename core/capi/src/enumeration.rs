@@ -1,4 +1,4 @@
-//! Enumerations of C: number, name and English text of each value stand once, in the declaration.
+//! Enumerations of C. Number, name and English text of each value are written only once, in the declaration.
 
 use core::ffi::{CStr, c_char};
 
@@ -33,11 +33,12 @@ macro_rules! c_enum {
     };
 }
 
-/// Converts enumerations of the core by their numbers. The first number keeps those of different enumerations apart.
+/// Converts enumerations of the core to an enumeration of C: the number of a value is its code in the core plus
+/// `first`. The `first` of each enumeration differs, so that no two enumerations share a number.
 macro_rules! from_core {
     ($($core:ty),+ => $name:ident from $first:literal, else $unknown:ident) => {
         impl $name {
-            /// The value of a number.
+            /// Returns the value with a number; `None` for other numbers.
             #[inline(never)]
             fn of(number: u32) -> Option<Self> {
                 let mut values = <Self as $crate::enumeration::Values>::VALUES.iter().copied();
@@ -63,7 +64,7 @@ pub(crate) trait Values: Copy + 'static {
 /// A number and its text.
 pub(crate) type Text = (u32, &'static CStr);
 
-/// The text of a line of documentation that ends in a zero.
+/// Returns a line of documentation, which ends in a zero byte, as a text without its leading space.
 pub(crate) const fn text(line: &'static str) -> &'static CStr {
     let ([b' ', bytes @ ..] | bytes) = line.as_bytes();
     match CStr::from_bytes_with_nul(bytes) {
@@ -88,8 +89,8 @@ const ALL: &[&[Text]] = &[
     selfcal_witnessed_t::TEXTS,
 ];
 
-/// English text of an error code or of any other value that the API returns; never null. No two enumerations share a
-/// number. `"unknown"` for other numbers.
+/// Returns the English text of an error code, or of any other enumeration value that the API returns; never null. No
+/// two enumerations share a number. For other numbers the text is `"unknown"`.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_string(value: u32) -> *const c_char {
     let found = ALL.iter().copied().flatten().find(|(number, _)| *number == value);

@@ -6,8 +6,8 @@ use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{ApplyError, NoHealth, PushError, Rejection, RestoreError};
 
 c_enum! {
-    /// Result of a call: one number for each remedy, whichever function returns it. From 100 on, the core has the
-    /// same numbers.
+    /// Result of a call. Errors with the same remedy have the same number, in all functions. Numbers from 100 on equal
+    /// the error codes of the core.
     #[repr(u32)]
     #[allow(clippy::doc_markdown, reason = "the documentation is the text")]
     pub enum selfcal_error_t {
@@ -138,7 +138,7 @@ from_core!(
     => selfcal_error_t from 0, else SELFCAL_ERROR_UNKNOWN
 );
 
-/// The error code of a call: that of its body, else `SELFCAL_OK`.
+/// Returns the error code of the body of a call, or `SELFCAL_OK` without an error.
 pub(crate) fn status(body: impl FnOnce() -> Result<(), selfcal_error_t>) -> selfcal_error_t {
     body().err().unwrap_or(SELFCAL_OK)
 }

@@ -12,24 +12,26 @@ use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
 
 c_enum! {
-    /// How far the estimate can be relied on.
+    /// Reliability of the estimate.
     #[repr(u32)]
     pub enum selfcal_state_t {
         /// acquiring
         ///
-        /// Not enough pairs agree yet.
+        /// Too few pairs agree yet.
         SELFCAL_STATE_ACQUIRING = 13000,
         /// locked
         ///
-        /// The last pair agrees with the estimate.
+        /// The last pair agrees with the estimate, and `R` is certain. `t` may still be the start value; see
+        /// `baseline_observed`.
         SELFCAL_STATE_LOCKED = 13001,
         /// suspect
         ///
-        /// The last pairs disagree with the estimate, or a challenger gathers pairs.
+        /// The last pairs disagree with the estimate, a challenger gathers pairs, or no pair has supported a restored
+        /// estimate yet.
         SELFCAL_STATE_SUSPECT = 13002,
         /// lost
         ///
-        /// Ten pairs in a row disagree with the estimate, and no three with each other.
+        /// Ten pairs in a row disagree with the estimate, and no three of them agree with each other.
         SELFCAL_STATE_LOST = 13003,
         /// unknown
         ///
@@ -46,7 +48,7 @@ c_enum! {
     pub enum selfcal_direction_t {
         /// none
         ///
-        /// Not available in the paper preset.
+        /// The paper preset gives no direction.
         SELFCAL_DIRECTION_NONE = 15000,
         /// pitch
         ///
@@ -54,7 +56,7 @@ c_enum! {
         SELFCAL_DIRECTION_PITCH = 15001,
         /// yaw
         ///
-        /// Rotation of `R` about y: shears rows with the product of column and row.
+        /// Rotation of `R` about y: moves rows by the product of column and row.
         SELFCAL_DIRECTION_YAW = 15002,
         /// roll
         ///
@@ -93,8 +95,9 @@ impl From<StandardDeviations<f32>> for selfcal_sd_t {
     }
 }
 
-/// Motion of the rig about the estimate from one pair to the next; 0 where the pairs show no sign of any. The
-/// extrinsics of a single pair are off by this much; no calibration follows it.
+/// Motion of the rig from one pair to the next about a constant mean, which is the estimate; 0 if the pairs show no
+/// vibration. The extrinsics of a single pair differ from the estimate by this much. No calibration can follow a
+/// vibration.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct selfcal_vibration_t {
@@ -110,13 +113,13 @@ impl From<Vibration<f32>> for selfcal_vibration_t {
     }
 }
 
-/// A lens parameter, true less given, with its standard deviation.
+/// Error of a lens parameter, with its standard deviation.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct selfcal_finding_t {
-    /// Estimate.
+    /// Estimated error: the true value minus the given value.
     pub value: f32,
-    /// Standard deviation; at first that of the prior.
+    /// Standard deviation; at first the standard deviation of the prior.
     pub sd: f32,
 }
 
@@ -126,12 +129,13 @@ impl From<Finding<f32>> for selfcal_finding_t {
     }
 }
 
-/// Errors of the given lens models, as far as pairs show them; right camera less left one, but for the mean. The
-/// extrinsics are not corrected by them.
+/// Errors of the given lens models that pairs show: right camera minus left camera, except for the mean. Only
+/// `SELFCAL_LENS_TRACKING_COMPENSATE` corrects the extrinsics for them, namely for the differences of focal length and
+/// `k1`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct selfcal_lens_estimate_t {
-    /// Relative focal length: 0.001 where the right one is 0.1 % longer than given.
+    /// Relative focal length: 0.001 if the right one is 0.1 % longer than given.
     pub focal: selfcal_finding_t,
     /// Radial coefficient `k1`.
     pub k1: selfcal_finding_t,
@@ -139,7 +143,7 @@ pub struct selfcal_lens_estimate_t {
     pub k1_mean: selfcal_finding_t,
     /// Tangential coefficient `p1`.
     pub p1: selfcal_finding_t,
-    /// Principal column, px.
+    /// Column of the principal point, px.
     pub principal_x_px: selfcal_finding_t,
 }
 
@@ -180,41 +184,41 @@ impl From<Option<(Direction, f32)>> for selfcal_weakest_t {
 pub struct selfcal_proposal_t {
     /// The best `R`, `t`.
     pub extrinsics: selfcal_extrinsics_t,
-    /// Correction of the cameras that they belong to; 0 but with `SELFCAL_LENS_TRACKING_COMPENSATE`.
+    /// Correction of the cameras that the extrinsics belong to; 0 without `SELFCAL_LENS_TRACKING_COMPENSATE`.
     pub correction: selfcal_lens_correction_t,
-    /// Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`. Where the baseline is not observed, not
-    /// significantly different, or with exact lens models and image halves that disagree, the `t` in use and the best
-    /// `R` for it.
+    /// Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`, or the `t` in use with the best `R` for it.
+    /// The `t` in use is kept in three cases: the baseline is not observed; it is observed, but does not differ
+    /// significantly; or image halves disagree with exact lens models.
     pub applicable: selfcal_extrinsics_t,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: selfcal_lens_correction_t,
-    /// Fused pairs; those of a repeated scene count once.
+    /// Number of pairs in the estimate; pairs of a repeated scene count once.
     pub pairs: u32,
     /// Reported standard deviations, with the lens models as given.
     pub sd: selfcal_sd_t,
     /// Reported standard deviations with the lens models uncertain by `lens_prior` of `selfcal_config_t`.
     pub sd_lens: selfcal_sd_t,
-    /// Whether the lens estimate is valid; never in the paper preset and without a lens prior.
+    /// Whether `lens` is valid; false in the paper preset and without a lens prior.
     pub has_lens: bool,
-    /// Errors of the lens models; 0 where it is not valid.
+    /// Errors of the lens models; 0 if they are not valid.
     pub lens: selfcal_lens_estimate_t,
-    /// Whether the covariance is valid; never in the paper preset.
+    /// Whether `covariance` is valid; false in the paper preset.
     pub has_covariance: bool,
-    /// Covariance, rad^2, symmetric; 0 where it is not valid. Order: rotation of `R` about x, y, z,
+    /// Covariance, rad^2, symmetric; 0 if it is not valid. Order: rotation of `R` about x, y, z,
     /// rotation of the baseline about y, z, in the rectified frame.
     pub covariance: [[f32; 5]; 5],
     /// Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth.
     pub lens_yaw: selfcal_finding_t,
     /// The least certain direction.
     pub weakest: selfcal_weakest_t,
-    /// Motion of the rig about the estimate; none in the paper preset.
+    /// Motion of the rig about the estimate; 0 in the paper preset.
     pub vibration: selfcal_vibration_t,
     /// State of the estimate. The paper preset is locked from the first pair on.
     pub state: selfcal_state_t,
-    /// Reasons not to rely on it: sum of `selfcal_reason_t`.
+    /// Reasons not to rely on the estimate: sum of `selfcal_reason_t`.
     pub reasons: u32,
-    /// Whether pairs have determined the baseline direction. Points more than some thousand baselines
-    /// away do not.
+    /// Whether pairs have determined the baseline direction. Points more than some thousand baselines away do not
+    /// determine it.
     pub baseline_observed: bool,
 }
 
@@ -243,7 +247,7 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
     }
 }
 
-/// How far the estimate can be relied on.
+/// Reads the state of the estimate.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_state(
     cal: *const selfcal_t,
@@ -257,7 +261,7 @@ pub unsafe extern "C" fn selfcal_state(
     })
 }
 
-/// The estimate over all fused pairs.
+/// Reads the estimate over all fused pairs. Without an estimate it returns `SELFCAL_ERROR_NO_ESTIMATE`.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_proposal(
     cal: *const selfcal_t,

@@ -12,20 +12,20 @@ use zerocopy::FromBytes;
 pub struct selfcal_extrinsics_t {
     /// `R`, left to right camera frame, row by row.
     pub rotation: [f32; 9],
-    /// `t`: position of the left camera in the right camera frame. Unit length as a result, any
-    /// length as an argument.
+    /// `t`: position of the left camera in the right camera frame. As a result it has unit length; as an argument it
+    /// may have any length.
     pub translation: [f32; 3],
 }
 
 impl selfcal_extrinsics_t {
-    /// All 0: cameras side by side.
+    /// All numbers are 0, which stands for cameras side by side.
     pub(crate) const ZERO: Self = Self { rotation: [0.0; 9], translation: [0.0; 3] };
 
     pub(crate) fn is_zero(&self) -> bool {
         *self == Self::ZERO
     }
 
-    /// The extrinsics of the core; any bits are checked.
+    /// Returns the extrinsics of the core, or the text of the fault; any bits are checked.
     pub(crate) fn core(&self) -> Result<Extrinsics<f32>, &'static CStr> {
         if self.is_zero() {
             return Ok(Extrinsics::SIDE_BY_SIDE);

@@ -1,4 +1,4 @@
-//! The factory calibration, where everything that is learnt starts from.
+//! The factory calibration, from which every estimate starts.
 
 use core::ffi::{CStr, c_char};
 
@@ -17,7 +17,7 @@ pub const SELFCAL_FACTORY_BYTES: usize = 180;
 
 const _: () = assert!(SELFCAL_FACTORY_BYTES == FactoryCalibration::<f32>::BYTES);
 
-/// Cameras and extrinsics of a rig as it left the factory, and how well its calibration is known.
+/// Cameras and extrinsics of a rig as it left the factory, and the uncertainty of its calibration.
 /// `{.left = left, .right = right}` is a guess: two cameras side by side.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
@@ -26,20 +26,21 @@ pub struct selfcal_factory_t {
     pub left: selfcal_camera_t,
     /// Right camera.
     pub right: selfcal_camera_t,
-    /// Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0: cameras side by side, a
-    /// guess. The prior and the correction limit refer to them, and `selfcal_reset` returns to them.
+    /// Extrinsics of a calibration: `R` orthonormal to about 0.1, `t` of any length. All 0 stand for a guess: cameras
+    /// side by side. The prior and the correction limit refer to these extrinsics, and `selfcal_reset` returns to them.
     pub extrinsics: selfcal_extrinsics_t,
-    /// 1 if the extrinsics are a guess: their yaw is not held then, and the estimate follows that of the rows.
+    /// 1 if the extrinsics are a guess: the estimate then does not keep their yaw, and follows the yaw that the rows
+    /// show. Otherwise 0.
     pub is_guess: u32,
-    /// Standard deviation of the yaw of the extrinsics, rad, which depth rests on until the rig changes: 1e-6 to 1; 0
-    /// stands for 8.7e-4 (0.05 degrees), the deviation of a calibration with boards. Not used for a guess.
+    /// Standard deviation of the yaw of the extrinsics, rad, 1e-6 to 1. Depth relies on this yaw until the rig changes.
+    /// 0 stands for 8.7e-4 (0.05 degrees), the standard deviation of a calibration with boards. Not used for a guess.
     pub yaw_sd_rad: f32,
-    /// Length of the baseline, m: 1e-3 to 1e3, which `selfcal_push_range` needs; 0 where it is not known.
+    /// Length of the baseline, m, 1e-3 to 1e3; 0 if it is not known. `selfcal_push_range` needs it.
     pub baseline_m: f32,
 }
 
 impl selfcal_factory_t {
-    /// The factory calibration of the core, or the text of what is wrong; any bits are checked.
+    /// Returns the factory calibration of the core, or the text of the fault; any bits are checked.
     pub(crate) fn core(&self) -> Result<FactoryCalibration<f32>, &'static CStr> {
         let left = self.left.core().map_err(|[left, _]| left)?;
         let right = self.right.core().map_err(|[_, right]| right)?;
@@ -72,7 +73,7 @@ impl From<&FactoryCalibration<f32>> for selfcal_factory_t {
     }
 }
 
-/// An argument of a call.
+/// Reads a factory calibration that is an argument of a call.
 ///
 /// # Safety
 /// The contract of the crate.
@@ -84,10 +85,10 @@ pub(crate) unsafe fn factory(
     given.core().map_err(|_| SELFCAL_ERROR_FACTORY)
 }
 
-/// English text of the parameter or quantity that `selfcal_init` refuses; never null, `"no
-/// error"` where both arguments are valid.
+/// Returns the English text of the parameter or quantity that `selfcal_init` refuses; never null. If both arguments
+/// are valid, the text is `"no error"`.
 ///
-/// * `config`, `factory`: either may be null, and is not checked then.
+/// * `config`, `factory`: each may be null, and is not checked then.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_argument_string(
     config: *const selfcal_config_t,
@@ -100,9 +101,9 @@ pub unsafe extern "C" fn selfcal_argument_string(
     config.or_else(factory).unwrap_or(c"no error").as_ptr()
 }
 
-/// Writes a factory calibration as a record, once, in production.
+/// Writes a factory calibration as a record. Call it once, in production.
 ///
-/// * `record`: `SELFCAL_FACTORY_BYTES`.
+/// * `record`: place for `SELFCAL_FACTORY_BYTES` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_factory_to_record(
     factory: *const selfcal_factory_t,
@@ -118,10 +119,11 @@ pub unsafe extern "C" fn selfcal_factory_to_record(
     })
 }
 
-/// Reads a factory calibration from a record, at each start. It is bit-identical to the one written.
+/// Reads a factory calibration from a record. Call it at each start. A calibrator that is initialised with it has the
+/// same cameras and factory extrinsics, bit for bit, as with the calibration that was written.
 ///
 /// * `record`: from `selfcal_factory_to_record`.
-/// * `length`: bytes that were found.
+/// * `length`: number of bytes that were found.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_factory_from_record(
     factory: *mut selfcal_factory_t,

@@ -1,4 +1,4 @@
-//! Health: how far to rely on the calibration, as an arming check asks.
+//! Health: quality of the calibration in use and of the estimate, for an arming check.
 
 use stereo_selfcal::{Band, Cause, Health, NoHealth, Reasons};
 
@@ -9,24 +9,27 @@ use crate::instance::{selfcal_t, shared};
 use crate::pointer::Out;
 
 c_enum! {
-    /// Rating of the extrinsics in use: whether the estimate is clearly better, and the RMS row offset.
+    /// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs
+    /// by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more.
     #[repr(u32)]
     pub enum selfcal_band_t {
         /// good
         ///
-        /// The estimate does not improve it by a tenth and by more than chance.
+        /// The estimate is not clearly better.
         SELFCAL_BAND_GOOD = 16000,
         /// improvable
         ///
-        /// Below 1 px; the estimate improves it by a tenth or more, and by more than chance.
+        /// The RMS row offset in use is below 1 px, and the estimate is clearly better.
         SELFCAL_BAND_IMPROVABLE = 16001,
         /// recalibrate
         ///
-        /// 1 px or more, and the estimate improves it: a matcher that searches along rows fails.
+        /// The RMS row offset in use is 1 px or more, and the estimate is clearly better: a matcher that searches along
+        /// rows will miss.
         SELFCAL_BAND_RECALIBRATE = 16002,
         /// unknown
         ///
-        /// The matches do not tell, as `cause` says; or a value that this API does not know.
+        /// The matches cannot rate the calibration, because of the mistake in `cause`. Also a value that this API does
+        /// not know.
         SELFCAL_BAND_UNKNOWN = 16255,
     }
 }
@@ -43,52 +46,52 @@ c_enum! {
         SELFCAL_REASON_NOT_LOCKED = 0x1_0000,
         /// second crowd of matches
         ///
-        /// Nearly as many matches agree on another calibration, rows away: a fence, or a reflection. Forbids arming,
-        /// and nothing is applied until the view has changed.
+        /// Matches with other row offsets agree with a second calibration, and are nearly as many as the matches that
+        /// fit the estimate: a fence, or a reflection. Forbids arming, and nothing is applied until the view has
+        /// changed.
         SELFCAL_REASON_SECOND_MODE = 0x4_0000,
         /// matches biased
         ///
-        /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact. Forbids
-        /// arming, and nothing is applied.
+        /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact: the
+        /// matches of an image region share a bias. Forbids arming, and nothing is applied.
         SELFCAL_REASON_BIASED = 0x200_0000,
         /// matches do not support it
         ///
-        /// The matches, or the estimate, show a mistake in rig file or matcher: `selfcal_cause_t` says which. Forbids
-        /// arming.
+        /// The matches or the estimate show a mistake in rig file or matcher, which `cause` names. Forbids arming.
         SELFCAL_REASON_UNFIT = 0x100_0000,
         /// in use off by 1 px or more
         ///
-        /// Rows of the extrinsics in use differ from those of the estimate by 1 px RMS or more. Forbids arming.
+        /// The row offsets in use and of the estimate differ by 1 px RMS or more. Forbids arming.
         SELFCAL_REASON_MISALIGNED = 0x2_0000,
         /// image halves disagree
         ///
-        /// Image halves disagree by more than 3 standard deviations; the reported deviations contain it.
+        /// Image halves disagree by more than 3 standard deviations; the reported deviations include this disagreement.
         SELFCAL_REASON_IMAGE_HALVES = 0x8_0000,
         /// lens models off
         ///
-        /// The pairs show an error of the lens models; the wide deviations contain it.
+        /// The pairs show an error of the lens models; `sd_lens` of the proposal includes this error.
         SELFCAL_REASON_LENS = 0x10_0000,
         /// baseline not observed
         ///
-        /// Pairs have not determined the baseline direction: that in use is kept.
+        /// The pairs have not determined the baseline direction: the baseline in use is kept.
         SELFCAL_REASON_BASELINE = 0x20_0000,
         /// repeated scene
         ///
-        /// The last pair showed the scene of the one before: it adds no evidence.
+        /// The last pair showed the same scene as the pair fused before it, and adds no evidence.
         SELFCAL_REASON_REPEATED = 0x40_0000,
         /// axis of the rotation is noise
         ///
-        /// Paper preset: the rotation is close to the identity or to a half turn.
+        /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise.
         SELFCAL_REASON_AXIS = 0x80_0000,
         /// yaw not confirmed
         ///
-        /// No witness has told the yaw of the mount from the apparent yaw of the lens; the deviations of yaw and depth
-        /// contain both.
+        /// No witness has separated the yaw of the mount from the apparent yaw of the lens: the deviations of yaw and
+        /// depth include both.
         SELFCAL_REASON_YAW = 0x1000_0000,
     }
 }
 
-/// Bits of a set of reasons.
+/// Returns the sum of the `selfcal_reason_t` of a set.
 pub(crate) fn bits(reasons: Reasons) -> u32 {
     u32::from(reasons.bits()) << 16
 }
@@ -99,7 +102,7 @@ c_enum! {
     pub enum selfcal_cause_t {
         /// none
         ///
-        /// None is known.
+        /// No mistake is known.
         SELFCAL_CAUSE_NONE = 18000,
         /// left and right exchanged, t of the other sign, one image mirrored, or both upside down
         ///
@@ -107,15 +110,16 @@ c_enum! {
         SELFCAL_CAUSE_REVERSED = 18001,
         /// cameras one above the other, or t of the factory extrinsics turned
         ///
-        /// Disparities run along the columns.
+        /// Disparities run along the columns, and nothing shows that u and v are exchanged.
         SELFCAL_CAUSE_UPRIGHT = 18002,
         /// u and v exchanged
         ///
-        /// Disparities run along the columns, and no match is beyond the square that u and v have in common.
+        /// Disparities run along the columns, some pixels were refused, and all accepted matches are within the square
+        /// that an image and its transpose have in common.
         SELFCAL_CAUSE_TRANSPOSED = 18003,
         /// the same image on both sides
         ///
-        /// Most matches are moved alike between both images, and nothing shows depth.
+        /// Most matches have the same motion between the images, and nothing shows depth.
         SELFCAL_CAUSE_SAME_IMAGE = 18004,
         /// cameras of smaller images, or pixels from another origin than the upper left
         ///
@@ -123,7 +127,7 @@ c_enum! {
         SELFCAL_CAUSE_SMALLER_IMAGES = 18005,
         /// cameras of larger images
         ///
-        /// No match of any pair is right of the middle of the left image, nor below it.
+        /// All matches of all pairs are in the upper left quarter of the left image.
         SELFCAL_CAUSE_LARGER_IMAGES = 18006,
         /// focal length or lens of another unit or image, such as mm
         ///
@@ -131,11 +135,11 @@ c_enum! {
         SELFCAL_CAUSE_FOCAL_LENGTH = 18007,
         /// another lens, or points that are undistorted already
         ///
-        /// Pairs show an error of the lens models that no calibration leaves.
+        /// Pairs show an error of the lens models that is too large for any calibration.
         SELFCAL_CAUSE_LENS = 18008,
         /// matches that agree on nothing
         ///
-        /// No cause is known.
+        /// No other cause explains the pairs without agreement.
         SELFCAL_CAUSE_MISMATCHES = 18009,
         /// unknown
         ///
@@ -152,8 +156,8 @@ impl From<Option<Cause>> for selfcal_cause_t {
     }
 }
 
-/// Fit of the extrinsics in use and of the estimate to the current batch. Both RMS are over the
-/// matches that fit the estimate.
+/// Quality of the calibration in use and of the estimate, over the matches of the last pair. Both RMS values are over
+/// the matches that fit the estimate.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_health_t {
@@ -161,14 +165,14 @@ pub struct selfcal_health_t {
     pub in_use_px: f32,
     /// RMS row offset of the proposed extrinsics, px.
     pub proposed_px: f32,
-    /// RMS difference between the row offsets in use and proposed, px: what the extrinsics in use are off by, without
+    /// RMS difference between the row offsets in use and proposed, px: the error of the extrinsics in use, without
     /// noise and vibration.
     pub off_px: f32,
     /// Matches that fit the extrinsics in use.
     pub fit_in_use: u32,
     /// Matches that fit the proposed extrinsics.
     pub fit_proposed: u32,
-    /// Share of the cells of an 8 x 6 grid over the left image with a match that fits, 0 to 1.
+    /// Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image.
     pub coverage: f32,
     /// Rating of the extrinsics in use.
     pub band: selfcal_band_t,
@@ -176,21 +180,22 @@ pub struct selfcal_health_t {
     pub state: selfcal_state_t,
     /// Expected error of the yaw in use, rad.
     pub yaw_rad: f32,
-    /// Row offset that the apparent yaw of the lenses leaves in the corner of the image that is furthest from the
-    /// principal point, px. Both RMS leave it out.
+    /// Row offset, px, that the apparent yaw of the lenses leaves in the image corner that is furthest from the
+    /// principal point. Both RMS values exclude these row offsets.
     pub corner_px: f32,
     /// Why the last pair was not fused; `SELFCAL_OK` if it was.
     pub rejection: selfcal_error_t,
-    /// Yes or no to an arming check; `reasons` says why not. Vibration is in both RMS; this check leaves it out.
+    /// Answer to an arming check; `reasons` says why it is false. Vibration increases both RMS values, but does not
+    /// count in this check.
     pub may_arm: bool,
     /// Reasons not to rely on the calibration in use: sum of `selfcal_reason_t`.
     pub reasons: u32,
-    /// Mistake that the matches or the estimate show.
+    /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show.
     pub cause: selfcal_cause_t,
-    /// Readings of `selfcal_push_range` since the last reset that contradicted the yaw: refused, or waiting until more of
-    /// them agree. Saturates.
+    /// Number of readings of `selfcal_push_range` since the last reset that contradicted the yaw: they were refused, or
+    /// had to wait for further readings that agree. Saturates.
     pub contradicting_ranges: u16,
-    /// The same for `selfcal_push_motion`.
+    /// The same number for motions of `selfcal_push_motion` and `selfcal_push_tracks`.
     pub contradicting_motions: u16,
 }
 
@@ -217,10 +222,11 @@ impl From<&Health<f32>> for selfcal_health_t {
     }
 }
 
-/// Fit of the extrinsics in use and of the estimate to the batch of the last pair, in one pass over it. Call it
-/// before the next correspondence is pushed.
+/// Compares the calibration in use with the estimate over the matches of the last pair, in one pass over the batch.
+/// Call it before the next correspondence is pushed.
 ///
-/// `SELFCAL_ERROR_NO_ESTIMATE`, `SELFCAL_ERROR_NO_MATCH`: there is no health.
+/// Without an estimate it returns `SELFCAL_ERROR_NO_ESTIMATE`, and without a match that fits the estimate
+/// `SELFCAL_ERROR_NO_MATCH`.
 ///
 /// * `cause`: the likeliest mistake in rig file or matcher, also written with these two errors; may be null.
 #[unsafe(no_mangle)]
@@ -240,11 +246,12 @@ pub unsafe extern "C" fn selfcal_health(
     })
 }
 
-/// Expected depth error of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. One
-/// pass over the batch. The noise of the matcher is not included. In the locked state only.
+/// Writes the expected depth errors of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. Takes one
+/// pass over the batch. The noise of the matcher and the error of the baseline length are not included. Returns
+/// `SELFCAL_ERROR_NOT_LOCKED` unless the estimate is locked.
 ///
 /// * `baseline_m`: length of the baseline, m; finite and above 0.
-/// * `errors`: m.
+/// * `errors`: expected depth errors, m.
 ///
 /// cbindgen:ptrs-as-arrays=[[errors; 4]]
 #[unsafe(no_mangle)]

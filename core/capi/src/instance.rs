@@ -13,9 +13,9 @@ use crate::marked::{self, Marked};
 /// A calibrator of one stereo rig, owned by the caller, in static memory or elsewhere. It holds no
 /// pointers and needs no release. One call at a time; calibrators are independent.
 ///
-/// Each call notices two kinds of overwritten storage: other first 12 bytes (name and size), and a length beyond its
-/// array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not
-/// noticed, and what a call does with them is undefined: protect the memory, or call `selfcal_init` again.
+/// Each call detects two kinds of overwritten storage: changed first 12 bytes (name and size), and a length beyond its
+/// array. Then it does nothing, and returns `SELFCAL_ERROR_NOT_INITIALISED`. Other wrong bits are not detected, and the
+/// effect of a call is then undefined: protect the memory, or call `selfcal_init` again.
 #[repr(C)]
 pub struct selfcal_t {
     /// Private.
@@ -29,7 +29,7 @@ const _: () = assert!(align_of::<Instance>() <= SELFCAL_STORAGE_ALIGN);
 #[repr(C)]
 pub(crate) struct Instance {
     magic: [u32; 3],
-    /// The cameras as given.
+    /// The cameras of the factory calibration, without correction.
     pub(crate) cameras: Cameras<f32>,
     pub(crate) calibrator: Held,
 }
@@ -55,7 +55,7 @@ pub(crate) unsafe fn place(
 ) -> Result<(), selfcal_error_t> {
     let place = storage.cast::<Instance>();
     marked::check_place(place, size)?;
-    // SAFETY: not null, aligned and large enough. Field by field: keeps the whole off the stack.
+    // SAFETY: not null, aligned and large enough. Written field by field, so that the whole is not on the stack.
     unsafe {
         (&raw mut (*place).calibrator).write(Calibrator::new(config, factory));
         (&raw mut (*place).cameras).write(factory.cameras);
@@ -64,7 +64,7 @@ pub(crate) unsafe fn place(
     Ok(())
 }
 
-/// The calibrator in a storage, exclusively.
+/// Returns the calibrator in a storage, exclusively.
 ///
 /// # Safety
 /// The contract of the crate.
@@ -77,7 +77,7 @@ pub(crate) unsafe fn exclusive<'a>(
     Ok(instance)
 }
 
-/// The calibrator in a storage, read only.
+/// Returns the calibrator in a storage, read only.
 ///
 /// # Safety
 /// The contract of the crate.
@@ -90,7 +90,7 @@ pub(crate) unsafe fn shared<'a>(
     Ok(instance)
 }
 
-/// Refuses lengths beyond their arrays: an access would leave the storage.
+/// Refuses lengths beyond their arrays, because an access would leave the storage.
 fn check_lengths(instance: &Instance) -> Result<(), selfcal_error_t> {
     let valid = has_valid_lengths(&instance.calibrator);
     if valid { Ok(()) } else { Err(selfcal_error_t::SELFCAL_ERROR_NOT_INITIALISED) }

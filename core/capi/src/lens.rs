@@ -1,11 +1,11 @@
-//! Errors of the given lens models: how large they may be, and how they are corrected.
+//! Errors of the given lens models: their standard deviations, and their correction.
 
 use stereo_selfcal::LensPrior;
 use stereo_selfcal::geometry::LensCorrection;
 use zerocopy::FromBytes;
 
-/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are
-/// 0.003, 1 px, 0.005, 0.001, 0.00025, 0.0046.
+/// Standard deviations of the given lens models, of each camera; 0 takes a parameter as exact. The defaults are, in the
+/// order of the fields, 0.003, 1 px, 0.005, 0.001, 0.00025 and 0.0046.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_lens_prior_t {
@@ -15,11 +15,11 @@ pub struct selfcal_lens_prior_t {
     pub principal_px: f32,
     /// Radial coefficient `k1`.
     pub k1: f32,
-    /// Tangential coefficient `p1`, of the right camera less that of the left one.
+    /// Tangential coefficient `p1` of the right camera minus the one of the left camera.
     pub p1: f32,
     /// Tangential coefficient `p2` of the right camera.
     pub p2: f32,
-    /// Apparent yaw of the lenses, rad: of `a`, where rows are off by `a x y` at unit depth.
+    /// Apparent yaw `a` of the lenses, rad: it shifts rows by `a x y` at unit depth.
     pub yaw_rad: f32,
 }
 

@@ -5,14 +5,14 @@
 //! z forward; matrices row by row; angles in rad; pixels of the raw image, before undistortion.
 //!
 //! Every function returns a [`selfcal_error_t`] and writes its results through pointers; the
-//! exceptions are `selfcal_string` and `selfcal_argument_string`. A refused call writes no results but
-//! those that its documentation names. The calibration in use stays as it is, unless a record is refused:
+//! exceptions are `selfcal_string` and `selfcal_argument_string`. A refused call writes no results
+//! except the ones that its documentation names. The calibration in use stays as it is, unless a record is refused:
 //! [`selfcal_restore`] then leaves the factory calibration in use. Refused correspondences are counted. A
 //! refused pair is noted in the health and may count against the estimate.
 //!
 //! # Safety
-//! One contract for all functions. Each pointer is null, or points to a live object of its type that
-//! no other thread or interrupt touches during the call, and that does not overlap the others of the
+//! One contract holds for all functions. Each pointer is null, or points to a live object of its type that
+//! no other thread or interrupt touches during the call, and that does not overlap the other objects of the
 //! call. The functions refuse null and misaligned pointers, and storage without a prior
 //! `selfcal_init`, `selfcal_link_init` or `selfcal_frame_begin`.
 
@@ -28,7 +28,7 @@
 #![allow(non_camel_case_types, reason = "names of the C header")]
 #![allow(clippy::missing_safety_doc, reason = "one contract for all, see above")]
 
-// Provides the panic handler where there is an operating system.
+// Provides the panic handler on targets with an operating system.
 #[cfg(not(target_os = "none"))]
 extern crate std;
 

@@ -15,12 +15,12 @@ pub struct selfcal_requirements_t {
     pub size: usize,
     /// Alignment, bytes.
     pub align: usize,
-    /// Correspondences a pair.
+    /// Largest number of correspondences of a pair.
     pub capacity: usize,
 }
 
-/// Returns the size and alignment of the storage that the library needs, and its capacity, to allocate the storage at
-/// run time or to compare the library with the header.
+/// Writes the size and alignment of the storage that the library needs, and its capacity. Use them to allocate the
+/// storage at run time, or to compare the library with the header.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_requirements(
     requirements: *mut selfcal_requirements_t,
@@ -37,14 +37,14 @@ pub unsafe extern "C" fn selfcal_requirements(
     })
 }
 
-/// Initialises a calibrator at a factory calibration. Call it before all others; it also restarts a calibrator in use,
-/// with the same or another factory calibration. The generation is 0 then. `selfcal_in_use` has the calibration to load
-/// the rectifier with at start.
+/// Initialises a calibrator at a factory calibration. Call it before all other functions of the calibrator. It also
+/// restarts a calibrator in use, with the same or another factory calibration. The generation is 0 afterwards. Load the
+/// rectifier with the calibration that `selfcal_in_use` returns.
 ///
 /// * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
-/// * `size`: of the storage, bytes: `sizeof(selfcal_t)`.
+/// * `size`: size of the storage, bytes: `sizeof(selfcal_t)`.
 /// * `config`: copied; null for the default.
-/// * `factory`: copied. `selfcal_argument_string` tells why either is refused.
+/// * `factory`: copied. `selfcal_argument_string` says why `config` or `factory` is refused.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_init(
     cal: *mut selfcal_t,
@@ -64,7 +64,7 @@ pub unsafe extern "C" fn selfcal_init(
     })
 }
 
-/// Returns to the factory calibration, releases a freeze, and forgets batch and fused pairs.
+/// Puts the factory calibration back into use, releases a freeze, and forgets the batch and all fused pairs.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_reset(cal: *mut selfcal_t) -> selfcal_error_t {
     status(|| {

@@ -1,4 +1,4 @@
-//! The link to a matcher: bytes of any driver, decoded into the batch.
+//! The link to a matcher: decodes the bytes of any driver into the batch.
 
 use core::mem::MaybeUninit;
 
@@ -16,8 +16,8 @@ pub const SELFCAL_LINK_STORAGE_WORDS: usize = 26;
 /// Size of `selfcal_link_t`, bytes.
 pub const SELFCAL_LINK_STORAGE_SIZE: usize = 8 * SELFCAL_LINK_STORAGE_WORDS;
 
-/// Decoder that finds the frames of a matcher in the bytes of a driver. The caller owns it, as a
-/// `selfcal_t`. It holds its position in a frame, and no frame. One for each wire.
+/// Decoder that finds the frames of a matcher in the bytes of a driver. The caller owns the storage, as with
+/// `selfcal_t`. It holds its position in a frame, but no frame. Each wire needs its own.
 #[repr(C)]
 pub struct selfcal_link_t {
     /// Private.
@@ -39,20 +39,20 @@ unsafe impl Marked for Link {
 
 const _: () = marked::assert_fits::<Link, selfcal_link_t>(SELFCAL_LINK_STORAGE_SIZE);
 
-/// A whole frame. All 0 where none is whole.
+/// A whole frame. All fields are 0 if no frame is whole.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, IntoBytes)]
 pub struct selfcal_frame_t {
-    /// Time of the images by the clock of the matcher, us; 0 without one. Not interpreted.
+    /// Time of exposure on the clock of the matcher, us; 0 without a clock. Not interpreted.
     pub timestamp_us: u64,
-    /// Number of the frame; it wraps around.
+    /// Sequence number of the frame; it wraps around.
     pub sequence: u32,
-    /// Matches in the frame.
+    /// Number of matches in the frame.
     pub count: u32,
-    /// Matches of it in the batch. A full batch selects, and refuses matches that are not valid; see
-    /// `selfcal_batch`.
+    /// Number of these matches in the batch. The batch refuses matches that are not valid, and a full batch selects;
+    /// see `selfcal_batch`.
     pub taken: u32,
-    /// Whether a frame is whole: its matches are the batch. Solve it before the next feed.
+    /// Whether a frame is whole. Then its matches are the batch: solve it before the next feed.
     pub whole: bool,
     /// The matcher dropped unread frames right before this one.
     pub dropped_before: bool,
@@ -97,27 +97,27 @@ pub struct selfcal_link_counters_t {
     pub good: u32,
     /// Frames with a wrong CRC: check the wiring and the clock of the bus.
     pub bad_crc: u32,
-    /// Headers with a wrong CRC.
+    /// Places where the magic is found, but the header has a wrong CRC.
     pub bad_header: u32,
-    /// Headers with a right CRC that are not of version 1 of the format: correct the sender.
+    /// Headers with a correct CRC whose content is not valid in version 1 of the format: correct the sender.
     pub unsupported: u32,
-    /// Frames cut by the start of the next one: bytes are being lost.
+    /// Frames cut short by the start of the next frame: bytes are being lost.
     pub truncated: u32,
-    /// Missing frames, by the sequence numbers of the whole ones.
+    /// Frames missing between the sequence numbers of the whole frames.
     pub gaps: u32,
-    /// Frames with the sequence number of the previous frame; not returned.
+    /// Whole frames with the sequence number of the last whole frame before; they are not returned.
     pub repeats: u32,
-    /// Steps back in the sequence: the sender restarted.
+    /// Backward steps of the sequence number: the sender restarted.
     pub restarts: u32,
     /// Whole frames before which the sender dropped some, and calls of `selfcal_link_note_overrun`.
     pub overruns: u32,
-    /// Refused frames: images of another size than those of the cameras.
+    /// Refused frames: their image size differs from the image size of the left camera.
     pub refused: u32,
     /// Bytes skipped in search of a frame.
     pub skipped_bytes: u32,
 }
 
-/// The link in a storage.
+/// Returns the link in a storage.
 ///
 /// # Safety
 /// The contract of the crate.
@@ -126,8 +126,8 @@ unsafe fn link<'a>(storage: *mut selfcal_link_t) -> Result<&'a mut Link, selfcal
     unsafe { marked::exclusive(storage.cast()) }
 }
 
-/// Initialises a link. Call it before all others; it also restarts a link in use, and drops a frame
-/// that is half read.
+/// Initialises a link. Call it before all other functions of the link. It also restarts a link in use; a frame that is
+/// partly read is dropped, and the counters are 0.
 ///
 /// * `size`: size of the storage, bytes: `sizeof(selfcal_link_t)`.
 #[unsafe(no_mangle)]
@@ -146,7 +146,7 @@ pub unsafe extern "C" fn selfcal_link_init(
 
 /// Decodes bytes off the wire, in pieces of any length, up to the end of the first whole frame. A
 /// frame replaces the batch. Damaged or lost bytes cost the frames they are part of; the decoder
-/// finds the next one.
+/// finds the next frame.
 ///
 /// Feed all bytes, in their order, in a loop:
 ///
@@ -160,14 +160,13 @@ pub unsafe extern "C" fn selfcal_link_init(
 /// } while (used > 0 && length > 0);
 /// ```
 ///
-/// Do not push, and begin no pair, while a frame comes in: until it is whole none of its matches is used. While a
-/// pair is being solved the call returns `SELFCAL_ERROR_BUSY` and uses no bytes: feed the same
-/// bytes later. After `SELFCAL_ERROR_IMAGE_SIZE` feed the rest: the frame is skipped and
-/// the batch is unchanged.
+/// Do not push a correspondence, and do not begin a pair, while a frame arrives: its matches are hidden until it is
+/// whole. While a pair is being solved, the call returns `SELFCAL_ERROR_BUSY` and uses no bytes: feed the same bytes
+/// later. After `SELFCAL_ERROR_IMAGE_SIZE` feed the rest: the frame is skipped, and the batch is unchanged.
 ///
-/// * `bytes`: `length` of them; may be null where `length` is 0. Not needed after the call.
-/// * `used`: number of bytes used, also set with errors; 0 where nothing was done.
-/// * `frame`: the frame, if one is whole; else all 0, also with errors.
+/// * `bytes`: array of `length`; may be null if `length` is 0. Not needed after the call.
+/// * `used`: number of bytes used, also written with errors; 0 if nothing was decoded.
+/// * `frame`: the frame, if one is whole; otherwise, and with errors, all 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_feed(
     link: *mut selfcal_link_t,
@@ -185,9 +184,9 @@ pub unsafe extern "C" fn selfcal_link_feed(
     }
 }
 
-/// Feeds bytes, and writes what they brought.
+/// Feeds bytes, and writes the number of bytes used and the frame.
 ///
-/// * `take`: decodes bytes up to the end of a whole frame, and removes those used.
+/// * `take`: decodes bytes up to the end of a whole frame, and removes the used bytes from the front.
 ///
 /// # Safety
 /// The contract of the crate.
@@ -215,15 +214,15 @@ pub(crate) unsafe fn feed(
             count = length.saturating_sub(bytes.len());
             fed
         })();
-        // With errors too: the caller goes on from there.
+        // Written with errors, too, because the caller goes on after the used bytes.
         used.set(count);
         frame.set(fed.ok().flatten().into());
         fed.map(|_| ())
     })
 }
 
-/// Counts an overrun of the receiver, such as a lapped ring buffer or an overrun flag of a UART.
-/// Then feed on: the decoder finds the next whole frame.
+/// Counts an overrun of the receiver, such as a ring buffer that wrapped or an overrun that a UART reports. Go on
+/// feeding: the decoder finds the next whole frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_note_overrun(link: *mut selfcal_link_t) -> selfcal_error_t {
     status(|| {

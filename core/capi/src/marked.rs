@@ -1,4 +1,4 @@
-//! Storage that marks its content: tells initialised storage from any other.
+//! Storage that begins with a mark, so that initialised storage is recognised.
 
 use crate::error::selfcal_error_t::{self, *};
 use crate::pointer::check;
@@ -8,10 +8,10 @@ use crate::pointer::check;
 /// # Safety
 /// `repr(C)`, and the first field is a `[u32; 3]`.
 pub(crate) unsafe trait Marked: Sized {
-    /// Eight letters.
+    /// Name of the content: eight ASCII letters.
     const NAME: [u32; 2];
 
-    /// Value of the first field: the name, and the size, which tells builds apart.
+    /// Value of the first field: the name, and the size, which differs between most builds.
     const MAGIC: [u32; 3] = {
         let size = size_of::<Self>();
         assert!(size < 1 << 31);
@@ -21,20 +21,22 @@ pub(crate) unsafe trait Marked: Sized {
     };
 }
 
-/// Fails the build unless a content fits into its storage, of so many bytes.
+/// Fails the build unless the content `M` fits into `Storage`, and `Storage` has a length of `bytes`.
 pub(crate) const fn assert_fits<M: Marked, Storage>(bytes: usize) {
     assert!(size_of::<M>() <= size_of::<Storage>());
     assert!(align_of::<M>() <= align_of::<Storage>());
     assert!(size_of::<Storage>() == bytes);
 }
 
-/// Whether a value fits there.
+/// Checks that a place is not null, is aligned, and has room for an `M`.
+///
+/// * `size`: size of the storage, bytes.
 pub(crate) fn check_place<M: Marked>(place: *const M, size: usize) -> Result<(), selfcal_error_t> {
     check(place)?;
     if size < size_of::<M>() { Err(SELFCAL_ERROR_STORAGE_SIZE) } else { Ok(()) }
 }
 
-/// The content of a storage, exclusively.
+/// Returns the content of an initialised storage, exclusively.
 ///
 /// # Safety
 /// The contract of the crate, for a storage that is as large as `M`.
@@ -45,7 +47,7 @@ pub(crate) unsafe fn exclusive<'a, M: Marked>(place: *mut M) -> Result<&'a mut M
     Ok(unsafe { &mut *place })
 }
 
-/// The content of a storage, read only.
+/// Returns the content of an initialised storage, read only.
 ///
 /// # Safety
 /// As [`exclusive`].
@@ -56,6 +58,8 @@ pub(crate) unsafe fn shared<'a, M: Marked>(place: *const M) -> Result<&'a M, sel
     Ok(unsafe { &*place })
 }
 
+/// Checks that a storage begins with the mark of `M`.
+///
 /// # Safety
 /// As [`exclusive`].
 unsafe fn check_magic<M: Marked>(place: *const M) -> Result<(), selfcal_error_t> {

@@ -1,4 +1,4 @@
-//! One pair: solve the batch, fuse the result, hand out what became of it.
+//! One pair: its solution, its fusion and its outcome.
 
 use stereo_selfcal::outcome::Stop;
 use stereo_selfcal::{Fused, Outcome, PairReport};
@@ -15,16 +15,17 @@ c_enum! {
     pub enum selfcal_stop_t {
         /// converged
         ///
-        /// The step fell below the tolerance.
+        /// The step fell below the tolerance, or below the resolution of `f32` at the optimum.
         SELFCAL_STOP_CONVERGED = 11000,
         /// no descent
         ///
-        /// No step lowers the cost: the optimum to the resolution of the numbers.
+        /// No step lowers the cost, so this is the optimum within the resolution of `f32`; or the normal equations have
+        /// no solution (robust preset).
         SELFCAL_STOP_NO_DESCENT = 11001,
         /// passes spent
         ///
-        /// All configured passes are done, as for every pair of a locked estimate. The result is
-        /// the best pose found.
+        /// All passes were taken. This is normal for a pair that was tracked from an estimate. A search that stops this
+        /// way has not converged; its result is the best pose reached.
         SELFCAL_STOP_PASSES_SPENT = 11002,
         /// unknown
         ///
@@ -45,26 +46,26 @@ c_enum! {
         SELFCAL_FUSED_ADDED = 12000,
         /// same scene again
         ///
-        /// The pair shows the same scene as the one before, and replaces it.
+        /// The pair shows the same scene as the pair fused before it, and adds nothing.
         SELFCAL_FUSED_REPEATED = 12001,
         /// kept apart
         ///
-        /// The pair disagrees with the estimate and supports a challenger.
+        /// The pair disagrees with the estimate, and is part of the challenger.
         SELFCAL_FUSED_KEPT_APART = 12002,
         /// added, older pairs dropped
         ///
-        /// The pair is part of the estimate, and recent pairs have replaced the older ones: the rig
-        /// drifts.
+        /// The pair is part of the estimate, and the last pairs have replaced the older ones: the rig has drifted, or
+        /// has moved by less than a single pair shows.
         SELFCAL_FUSED_RENEWED = 12003,
         /// challenger promoted
         ///
-        /// The pairs of the challenger agree: its estimate is the estimate now.
+        /// The challenger, with this pair, has become the estimate.
         SELFCAL_FUSED_TOOK_OVER = 12004,
         /// lens corrected, estimate begins again
         ///
-        /// The pairs show another lens model of the right camera: the estimate begins again with corrected
-        /// cameras, `SELFCAL_LENS_TRACKING_COMPENSATE`. The batch is emptied; there is no proposal and no
-        /// health until the next pair.
+        /// The pairs show another lens model of the right camera: the estimate begins again with corrected cameras
+        /// (`SELFCAL_LENS_TRACKING_COMPENSATE`). The batch is emptied, and there is neither a proposal nor health until
+        /// the next pair is fused.
         SELFCAL_FUSED_LENS_CORRECTED = 12005,
         /// not fused
         ///
@@ -92,19 +93,19 @@ pub struct selfcal_report_t {
     pub stop: selfcal_stop_t,
     /// Passes taken over the batch.
     pub passes: u16,
-    /// Correspondences in front of both rectified cameras.
+    /// Number of correspondences in front of both rectified cameras.
     pub usable: u32,
-    /// Correspondences that are not.
+    /// Number of correspondences that are left out, because they are not in front of both rectified cameras.
     pub skipped: u32,
-    /// Usable correspondences that fit the solution.
+    /// Number of usable correspondences that fit the solution and are in front of both cameras at the start.
     pub screened: u32,
-    /// Cost at the start, px^2.
+    /// Cost at the start, computed with the loss of the solution, px^2.
     pub cost_before: f32,
     /// Cost at the solution, px^2.
     pub cost_after: f32,
     /// RMS row offset of the screened correspondences at the start, px.
     pub rms_px_before: f32,
-    /// The same at the solution, px.
+    /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: f32,
     /// Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row
     /// offset in the paper preset.
@@ -155,9 +156,9 @@ impl From<&PairReport<f32>> for selfcal_report_t {
 pub struct selfcal_outcome_t {
     /// Effect on the estimate; `SELFCAL_FUSED_NOT` with an error.
     pub fused: selfcal_fused_t,
-    /// Whether the pair was solved, so that `pair` is valid. A solved pair may still not be fused.
+    /// Whether the pair was solved. Then `pair` is valid, even if the pair was not fused.
     pub has_pair: bool,
-    /// Result of the pair alone; 0 where it is not valid.
+    /// Result of the pair alone. If it is not valid, its numbers are 0.
     pub pair: selfcal_report_t,
 }
 
@@ -172,20 +173,20 @@ impl From<&Outcome<f32>> for selfcal_outcome_t {
     }
 }
 
-/// Hands out an outcome; the error of a pair that is not fused.
+/// Writes an outcome. Returns the error of a pair that is not fused.
 fn end(outcome: &Outcome<f32>, place: Out<selfcal_outcome_t>) -> Result<(), selfcal_error_t> {
     place.set(outcome.into());
     outcome.fused.map(|_| ()).map_err(Into::into)
 }
 
 /// Takes one stereo pair in one call: replaces the batch by an array of correspondences, solves it and fuses the
-/// result. A pair that was being solved is abandoned. Refused correspondences are counted, see `selfcal_batch`, and
-/// are no error.
+/// result. A pair that was being solved is abandoned. Refused correspondences are not an error; `selfcal_batch`
+/// counts them.
 ///
 /// An error from 500 on says why the pair is not part of the estimate, which is normal: go on with the next pair.
 ///
-/// * `correspondences`: `count` of them; may be null where `count` is 0.
-/// * `outcome`: written with these errors too; may be null.
+/// * `correspondences`: array of `count`; may be null if `count` is 0.
+/// * `outcome`: written with these errors, too; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_take_pair(
     cal: *mut selfcal_t,
@@ -203,10 +204,10 @@ pub unsafe extern "C" fn selfcal_take_pair(
 }
 
 /// Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins
-/// a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the errors of
-/// `selfcal_take_pair`.
+/// a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the
+/// same errors as `selfcal_take_pair`.
 ///
-/// * `outcome`: written with these errors too; may be null.
+/// * `outcome`: written with these errors, too; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_solve_pair(
     cal: *mut selfcal_t,
@@ -219,11 +220,11 @@ pub unsafe extern "C" fn selfcal_solve_pair(
     })
 }
 
-/// Takes one step of a pair: at most one pass over the batch. The first step begins with the correspondences pushed so
-/// far, the last one fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for bit; a pair with
-/// an error has ended.
+/// Takes one step of a pair: at most one pass over the batch. The first step begins the pair with the correspondences
+/// pushed so far, and the last step fuses the result. Outcome and errors equal those of `selfcal_solve_pair`, bit for
+/// bit. An error from 500 on ends the pair.
 ///
-/// * `ended`: whether the pair has ended, also written with these errors.
+/// * `ended`: whether the pair has ended; written with these errors, too.
 /// * `outcome`: written once the pair has ended; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_advance_pair(

@@ -4,7 +4,7 @@ use zerocopy::FromBytes;
 
 use crate::error::selfcal_error_t::{self, *};
 
-/// An argument behind a pointer. Its type takes any bits; its meaning is checked later.
+/// Reads an argument through a pointer. Any bits are a valid `T`; the caller checks their meaning.
 ///
 /// # Safety
 /// The contract of the crate.
@@ -14,7 +14,7 @@ pub(crate) unsafe fn read<T: FromBytes + Copy>(from: *const T) -> Result<T, self
     Ok(unsafe { from.read() })
 }
 
-/// An array argument; null is an empty one where `count` is 0.
+/// Returns an array argument. If `count` is 0, the array is empty and the pointer may be null.
 ///
 /// # Safety
 /// The contract of the crate, for `count` elements.
@@ -37,6 +37,8 @@ pub(crate) unsafe fn read_array<'a, T: FromBytes>(
 pub(crate) struct Out<T>(*mut T);
 
 impl<T> Out<T> {
+    /// Returns the place for a result, after a check of its pointer.
+    ///
     /// # Safety
     /// The contract of the crate, for as long as the value lives.
     pub(crate) unsafe fn checked(place: *mut T) -> Result<Self, selfcal_error_t> {
@@ -44,7 +46,7 @@ impl<T> Out<T> {
         Ok(Self(place))
     }
 
-    /// A place that may be null: the result is dropped then.
+    /// Returns a place that may be null; if it is null, the result is dropped.
     ///
     /// # Safety
     /// As [`Out::checked`].
@@ -52,7 +54,7 @@ impl<T> Out<T> {
         if place.is_aligned() { Ok(Self(place)) } else { Err(SELFCAL_ERROR_ALIGNMENT) }
     }
 
-    /// Writes the result.
+    /// Writes the result, unless the place is null.
     pub(crate) fn set(self, value: T) {
         if !self.0.is_null() {
             // SAFETY: not null, aligned, and the caller's by the contract of the constructors.

@@ -1,4 +1,4 @@
-//! Correspondences into the batch, one by one or as an array.
+//! Adds correspondences to the batch, one by one or as an array.
 
 use stereo_selfcal::batch::Pushed;
 use stereo_selfcal::{Correspondence, PushError};
@@ -18,8 +18,8 @@ pub struct selfcal_correspondence_t {
     pub right_px: [f32; 2],
     /// Confidence of the matcher, 0 (none) to 1 (certain).
     pub score: f32,
-    /// Step of the grid that the coordinates were found on, px, 0 to 255.99: 1 for whole pixels, 0 for
-    /// continuous coordinates.
+    /// Step of the grid on which the matcher finds coordinates, px, 0 to 255.99: 1 for whole pixels, 0 for continuous
+    /// coordinates.
     pub grid_step_px: f32,
 }
 
@@ -39,11 +39,11 @@ c_enum! {
         SELFCAL_PUSHED_KEPT = 10000,
         /// replaced another one
         ///
-        /// It replaces another one in the full batch.
+        /// It replaces another correspondence in the full batch.
         SELFCAL_PUSHED_REPLACED = 10001,
         /// left out
         ///
-        /// The full batch keeps the others instead.
+        /// The full batch keeps other correspondences instead.
         SELFCAL_PUSHED_LEFT_OUT = 10002,
         /// unknown
         ///
@@ -58,15 +58,15 @@ from_core!(Pushed => selfcal_pushed_t from 10000, else SELFCAL_PUSHED_UNKNOWN);
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct selfcal_pushed_counts_t {
-    /// Correspondences that the batch had room for.
+    /// Number of correspondences that the batch had room for.
     pub kept: usize,
-    /// Correspondences that replace another one.
+    /// Number of correspondences that replaced another one.
     pub replaced: usize,
-    /// Valid correspondences that the full batch did not take.
+    /// Number of valid correspondences that the full batch did not take.
     pub left_out: usize,
-    /// Correspondences that are not valid.
+    /// Number of correspondences that were refused, because they are not valid.
     pub refused: usize,
-    /// Why the first of these was refused; `SELFCAL_OK` without a refusal.
+    /// Why the first refused correspondence was refused; `SELFCAL_OK` without a refusal.
     pub first_refusal: selfcal_error_t,
 }
 
@@ -74,18 +74,18 @@ pub struct selfcal_pushed_counts_t {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct selfcal_batch_t {
-    /// Correspondences in the batch.
+    /// Number of correspondences in the batch.
     pub held: u32,
-    /// Correspondences offered to this batch: held, left out or refused.
+    /// Number of correspondences offered to this batch: held, left out or refused.
     pub offered: u32,
-    /// Valid correspondences that a full batch does not hold.
+    /// Number of valid correspondences that the full batch does not hold.
     pub left_out: u32,
-    /// Refused correspondences.
+    /// Number of refused correspondences.
     pub refused: u32,
 }
 
-/// Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left
-/// image, and prefers the better score among neighbours. The first one after a pair has ended begins a new batch.
+/// Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left image, and
+/// prefers the better score among neighbours. The first correspondence after the end of a pair begins a new batch.
 ///
 /// * `pushed`: effect on the batch; may be null.
 #[unsafe(no_mangle)]
@@ -103,10 +103,10 @@ pub unsafe extern "C" fn selfcal_push(
     })
 }
 
-/// Offers an array of correspondences in their order. Refused ones are counted and are no error.
-/// While a pair is being solved none is offered: `SELFCAL_ERROR_BUSY`.
+/// Offers an array of correspondences to the batch, in their order. Refused correspondences are counted, and are not an
+/// error. While a pair is being solved, the batch takes no correspondence: `SELFCAL_ERROR_BUSY`.
 ///
-/// * `correspondences`: `count` of them; may be null where `count` is 0.
+/// * `correspondences`: array of `count`; may be null if `count` is 0.
 /// * `counts`: effect on the batch; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_push_array(

@@ -13,15 +13,15 @@ pub const SELFCAL_SNAPSHOT_BYTES: usize = 400;
 const _: () =
     assert!(SELFCAL_SNAPSHOT_BYTES == Calibrator::<f32, SELFCAL_CAPACITY>::SNAPSHOT_BYTES);
 
-/// Writes the calibration in use, and the estimate as a prior, as a record for non-volatile memory: pose and
-/// covariance, noise, vibration, and what is known of lens and mount. Not included: the factory calibration (see
-/// `selfcal_factory_to_record`), the batch, a pair that is being solved, the estimate of the paper preset.
+/// Writes the calibration in use and the estimate as a record for non-volatile memory. The estimate is a prior: pose
+/// and covariance, noise, vibration, and the knowledge of lens and mount. The record omits the factory calibration (see
+/// `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
 ///
 /// The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
-/// record until the new one is written: `selfcal_restore` detects one that a loss of power has cut
+/// record until the new one is written: `selfcal_restore` detects a record that a loss of power has cut
 /// short.
 ///
-/// * `record`: `SELFCAL_SNAPSHOT_BYTES`.
+/// * `record`: place for `SELFCAL_SNAPSHOT_BYTES` bytes.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_snapshot(
     cal: *const selfcal_t,
@@ -39,11 +39,11 @@ pub unsafe extern "C" fn selfcal_snapshot(
 /// Replaces everything that has been learnt by a record: the calibration in use, and the estimate. The rig may have
 /// changed since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
 ///
-/// Call it after `selfcal_init`, with the same factory calibration. If it is refused, the calibrator is as after
-/// `selfcal_reset`: go on from the factory calibration.
+/// Call it after `selfcal_init` with the same factory calibration. If the record is refused, the calibrator is in the
+/// state after `selfcal_reset`: go on from the factory calibration.
 ///
 /// * `record`: from `selfcal_snapshot`, also of another machine or another capacity.
-/// * `length`: bytes that were found; other than `SELFCAL_SNAPSHOT_BYTES` they are a damaged record.
+/// * `length`: number of bytes that were found. A record of another length than `SELFCAL_SNAPSHOT_BYTES` is damaged.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_restore(
     cal: *mut selfcal_t,

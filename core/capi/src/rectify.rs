@@ -10,13 +10,13 @@ use crate::error::status;
 use crate::instance::{Instance, selfcal_t, shared};
 use crate::pointer::{Out, read};
 
-/// Extrinsics to rectify for, with the cameras that they belong to.
+/// Calibration to rectify with: extrinsics, and the cameras that they belong to.
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_source_t {
-    /// The extrinsics in use.
+    /// The calibration in use.
     SELFCAL_SOURCE_IN_USE = 0,
-    /// The estimate.
+    /// The estimate, `extrinsics` of the proposal.
     SELFCAL_SOURCE_PROPOSED = 1,
     /// The calibration that `selfcal_apply` would put into use.
     SELFCAL_SOURCE_APPLICABLE = 2,
@@ -56,7 +56,8 @@ fn rows(m: &Matrix3<f32>) -> [f32; 9] {
     [m.m11, m.m12, m.m13, m.m21, m.m22, m.m23, m.m31, m.m32, m.m33]
 }
 
-/// Extrinsics of a source, and the correction of the cameras that they belong to; `None` for those in use.
+/// Returns the extrinsics of a source, and the correction of the cameras that they belong to; `None` for the cameras in
+/// use.
 fn extrinsics(
     instance: &Instance,
     source: u32,
@@ -74,7 +75,7 @@ fn extrinsics(
     }
 }
 
-/// Cameras and rotations of a source, which belong together.
+/// Returns the cameras of a source, and the rotations that belong to them.
 fn calibration(
     instance: &Instance,
     source: u32,
@@ -112,8 +113,8 @@ pub unsafe extern "C" fn selfcal_rotations(
     })
 }
 
-/// Chooses the camera of rectified images of the left camera's size, for cameras side by side.
-/// Takes 136 undistortions: call it when the generation changes, not per frame.
+/// Chooses the common camera of both rectified images, which have the size of the left image. This is for cameras side
+/// by side. It takes 136 undistortions: call it when the generation changes, and not for each frame.
 ///
 /// * `source`: a `selfcal_source_t`.
 /// * `alpha`: 0 to 1. 0 zooms in until both cameras see every rectified pixel; 1 zooms out until every
@@ -141,7 +142,7 @@ pub unsafe extern "C" fn selfcal_choose_camera(
 /// Computes the two rectifying homographies.
 ///
 /// * `source`: a `selfcal_source_t`.
-/// * `camera`: from `selfcal_choose_camera`, or any other: finite, and of a focal length above 0.
+/// * `camera`: from `selfcal_choose_camera`, or any other camera with finite numbers and a focal length above 0.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_homographies(
     cal: *const selfcal_t,

@@ -1,4 +1,4 @@
-//! Tracks of a matcher that follows its points: matches of two frames, joined by the numbers of their tracks.
+//! Tracks of a matcher that follows its points over frames: matches of two frames, joined by their track numbers.
 
 use core::mem::MaybeUninit;
 
@@ -19,8 +19,8 @@ pub const SELFCAL_TRACKS_STORAGE_WORDS: usize = 3 + 66 * SELFCAL_CAPACITY / 8;
 /// Size of `selfcal_tracks_t`, bytes.
 pub const SELFCAL_TRACKS_STORAGE_SIZE: usize = 8 * SELFCAL_TRACKS_STORAGE_WORDS;
 
-/// Matches of an earlier frame and of the last one, joined by the tracks that a matcher sends with them; up to
-/// `SELFCAL_CAPACITY`. The caller owns it, as a `selfcal_t`. One for each link.
+/// Matches of an earlier frame and of the last frame, joined by the track numbers that a matcher sends with them; up to
+/// `SELFCAL_CAPACITY`. The caller owns the storage, as with `selfcal_t`. Each link needs its own.
 #[repr(C)]
 pub struct selfcal_tracks_t {
     /// Private.
@@ -42,7 +42,7 @@ unsafe impl Marked for Joined {
 
 const _: () = marked::assert_fits::<Joined, selfcal_tracks_t>(SELFCAL_TRACKS_STORAGE_SIZE);
 
-/// Initialises tracks. Call it before the others; it also forgets the frames of tracks in use.
+/// Initialises tracks. Call it before all other functions of the tracks. For tracks in use, it forgets their frames.
 ///
 /// * `size`: size of the storage, bytes: `sizeof(selfcal_tracks_t)`.
 #[unsafe(no_mangle)]
@@ -53,7 +53,7 @@ pub unsafe extern "C" fn selfcal_tracks_init(
     status(|| {
         let place = tracks.cast::<Joined>();
         marked::check_place(place, size)?;
-        // SAFETY: not null, aligned and large enough. Field by field: keeps the whole off the stack.
+        // SAFETY: not null, aligned and large enough. Written field by field, so that the whole is not on the stack.
         unsafe {
             (&raw mut (*place).tracks).write(Tracks::new());
             (&raw mut (*place).magic).write(Joined::MAGIC);
@@ -62,7 +62,7 @@ pub unsafe extern "C" fn selfcal_tracks_init(
     })
 }
 
-/// `selfcal_link_feed` for a matcher that sends tracks: `tracks` receive each frame too.
+/// Does the same as `selfcal_link_feed`, for a matcher that sends tracks: `tracks` also receive each frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_link_feed_tracked(
     link: *mut selfcal_link_t,
@@ -82,9 +82,10 @@ pub unsafe extern "C" fn selfcal_link_feed_tracked(
     }
 }
 
-/// `selfcal_push_motion` of the matches that an earlier frame and that of the last pair share, once the pair has ended.
-/// After a measurement the last frame is the earlier one; until the rig has moved far enough
-/// (`SELFCAL_ERROR_NO_MOTION`), later frames are joined to the same one.
+/// Does the same as `selfcal_push_motion`, with the tracked matches that the earlier frame and the frame of the last
+/// pair share. Call it after the end of the pair. Each frame is joined to the same earlier frame until the rig has
+/// moved far enough for a measurement; before, the call returns `SELFCAL_ERROR_NO_MOTION`. After a measurement the last
+/// frame becomes the earlier frame.
 ///
 /// * `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]

@@ -1,4 +1,4 @@
-//! Witnesses of the yaw of the mount, which rows alone cannot tell from the lens.
+//! Witnesses of the yaw of the mount, which rows alone do not separate from the apparent yaw of the lens.
 
 use stereo_selfcal::batch::RayPair;
 use stereo_selfcal::depth::{Range, RangeReading, Witnessed};
@@ -19,12 +19,13 @@ pub struct selfcal_range_t {
     pub range_m: f32,
     /// Standard deviation of the distance, m.
     pub sd_m: f32,
-    /// 0: along the ray of the pixel, as a laser rangefinder measures it. Otherwise along the optical axis, such as the
-    /// distance of a wall ahead.
+    /// 0: the distance is along the ray of the pixel, as a laser rangefinder measures it. Otherwise it is along the
+    /// optical axis, such as the distance of a wall ahead.
     pub along_axis: u32,
-    /// 0: a match of the last pair within 3 px of `pixel_px` tells the disparity. Otherwise `right_px` does.
+    /// 0: the nearest match of the last pair within 3 px of `pixel_px` gives the disparity. Otherwise `right_px` gives
+    /// it.
     pub has_right: u32,
-    /// The same point in the right image, px, before undistortion, if the matcher has looked for it.
+    /// Column u, row v of the same point in the right image, px, before undistortion, if the matcher has looked for it.
     pub right_px: [f32; 2],
 }
 
@@ -46,11 +47,11 @@ c_enum! {
     pub enum selfcal_witnessed_t {
         /// taken
         ///
-        /// It is part of the estimate.
+        /// The reading is part of the estimate.
         SELFCAL_WITNESSED_TAKEN = 19000,
         /// waiting for others that agree
         ///
-        /// It contradicts the yaw so far, and waits for others that agree with it.
+        /// The reading contradicts the present yaw, and waits for further readings that agree with it.
         SELFCAL_WITNESSED_WAITING = 19001,
         /// unknown
         ///
@@ -61,12 +62,13 @@ c_enum! {
 
 from_core!(Witnessed => selfcal_witnessed_t from 19000, else SELFCAL_WITNESSED_UNKNOWN);
 
-/// Adds a point of known distance, once the pair that shows it has ended, and before the next: it tells the yaw of the
-/// mount from the lens. It needs the length of the baseline (`selfcal_factory_t.baseline_m`) and a match that fits the
-/// estimate: its own, or one of the pair within 3 px. Five readings of 1 %, or ten of 3 %, are enough.
+/// Adds a point of known distance, which separates the yaw of the mount from the apparent yaw of the lens. Call it
+/// after the end of the pair that shows the point, and before the next pair. It needs the length of the baseline
+/// (`selfcal_factory_t.baseline_m`) and a match that fits the estimate: `right_px`, or a match of the pair within 3 px.
+/// Five readings with an error of 1 %, or ten with an error of 3 %, are enough.
 ///
-/// A reading that contradicts the yaw so far waits until more readings in a row agree with it than support that yaw,
-/// of which three count.
+/// A reading that contradicts the present yaw waits. The present yaw is replaced once enough contradicting readings in
+/// a row agree with each other: more than support the present yaw, which takes two to four.
 ///
 /// * `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]
@@ -84,7 +86,7 @@ pub unsafe extern "C" fn selfcal_push_range(
     })
 }
 
-/// A match that was tracked from one pair to a later one: rays of both, written by `selfcal_track`.
+/// A match that was tracked from one pair to a later pair: its rays in both pairs, written by `selfcal_track`.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_tracked_t {
@@ -120,11 +122,13 @@ pub unsafe extern "C" fn selfcal_track(
     })
 }
 
-/// Adds matches that were tracked from one pair to a later one while the rig moved by several lengths of its
-/// baseline, once the later pair has ended: they tell the yaw of the mount from the lens. Up to 256 are read, 17 times.
-/// A motion that contradicts the yaw so far waits, as a reading of `selfcal_push_range` does.
+/// Adds matches that were tracked from one pair to a later pair while the rig moved by several lengths of its baseline.
+/// They separate the yaw of the mount from the apparent yaw of the lens. Call it after the end of the later pair. Up to
+/// 256 matches are read, 17 times each. A motion that contradicts the present yaw waits, as a reading of
+/// `selfcal_push_range` does.
 ///
-/// * `tracked`: `count` of them, by `selfcal_track`; `witnessed`: effect on the estimate; may be null.
+/// * `tracked`: array of `count` matches, written by `selfcal_track`.
+/// * `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_push_motion(
     cal: *mut selfcal_t,
@@ -136,7 +140,7 @@ pub unsafe extern "C" fn selfcal_push_motion(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, tracked, out) =
             unsafe { (exclusive(cal)?, read_array(tracked, count)?, Out::optional(witnessed)?) };
-        // SAFETY: of the same size, and of no larger alignment; rays are valid with any bits.
+        // SAFETY: `Tracked` has the same size and no larger alignment, and any bits are rays.
         let tracked: &[Tracked] =
             unsafe { core::slice::from_raw_parts(tracked.as_ptr().cast(), tracked.len()) };
         out.set(instance.calibrator.push_witness(tracked)?.into());

@@ -24,23 +24,24 @@ macro_rules! counters {
 }
 
 counters! {
-    /// Frames received whole.
+    /// Whole frames, without repeats and refused frames.
     good,
     /// Frames with a wrong CRC.
     bad_crc,
-    /// Frame starts whose header has a wrong CRC.
+    /// Places where the magic is found, but the header has a wrong CRC.
     bad_header,
-    /// Headers whose CRC is correct, but whose content is not of version 1.
+    /// Headers with a correct CRC whose content is not valid in version 1 of the format.
     unsupported,
     /// Frames cut short by the start of the next frame.
     truncated,
     /// Frames missing between received sequence numbers.
     gaps,
-    /// Frames with the sequence number of the previous frame; they are dropped.
+    /// Whole frames with the sequence number of the last whole frame before; they are dropped.
     repeats,
     /// Backward steps of the sequence number: the sender restarted.
     restarts,
-    /// Frames flagged "frames dropped before this one" by the sender, and overruns that the receiver reported.
+    /// Whole frames with the flag [`dropped_before`](super::FrameHeader::dropped_before), and overruns that the
+    /// receiver reported.
     overruns,
     /// Frames that the sink refused.
     refused,

@@ -5,7 +5,7 @@ use core::fmt;
 use super::layout::{CRC_BYTES, HEADER_BYTES, RECORD_BYTES, record_words};
 use crate::checksum::{self, Checksum};
 
-/// Running CRC of a frame: header without its own CRC, then all records.
+/// Running CRC of a frame. It covers the header without the header CRC, then all records.
 #[derive(Clone)]
 pub struct FrameCrc(Checksum);
 

@@ -46,7 +46,7 @@ pub struct Decoder {
     /// Sequence number of the last whole frame.
     last: Option<u32>,
     counters: Counters,
-    /// Number of times that any byte was read.
+    /// Number of reads of single bytes; a byte that is read twice counts twice.
     #[cfg(test)]
     work: usize,
 }
@@ -132,7 +132,7 @@ impl Decoder {
     }
 
     /// Returns the number of bytes to the end of the current frame, or between frames to the end of the next header. A
-    /// driver that reads no more than this never holds bytes of the next frame.
+    /// driver that reads no more than this reads no byte of the next frame, unless bytes were damaged or lost.
     #[must_use]
     pub fn bytes_wanted(&self) -> usize {
         let to_header = HEADER_BYTES.saturating_sub(self.window.held());
@@ -188,12 +188,12 @@ impl Decoder {
     /// Takes the header that the window holds.
     #[inline(never)]
     fn take_header(&mut self) -> Option<Event> {
-        // The window keeps the header: the next call takes it, when there is no frame.
+        // The header starts inside a frame: this call ends the frame, and the window keeps the header.
         if let Some(frame) = self.frame.take() {
             count(&mut self.counters.truncated);
             return frame.was_handed_out().then_some(Event::Discarded(Damage::Truncated));
         }
-        // The header is copied, and its bytes begin the CRC of the frame.
+        // Two reads of each byte: the header is copied, and its bytes begin the CRC of the frame.
         work!(self, 2 * HEADER_BYTES);
         let bytes = self.window.bytes();
         match FrameHeader::decode_fields(&bytes) {
@@ -203,7 +203,7 @@ impl Decoder {
                 None
             }
             Ok(header) => {
-                // If this frame is cut off here, the last byte of its header may be the first byte of the next frame.
+                // The window keeps the last bytes of the header: if this frame is cut off, they may start the next one.
                 self.window.slide();
                 self.received = 0;
                 let repeated = self.last == Some(header.sequence);
@@ -276,8 +276,8 @@ impl Decoder {
 
     fn finish(&mut self, whole: bool) -> Option<Event> {
         let frame = self.frame.take()?;
-        // The window stays: the next frame may start within the last bytes of this frame, even if this frame is whole.
-        // A frame that was cut off may be completed by the start of the next frame.
+        // The window keeps the last bytes of this frame, because the next frame may start within them. This may happen
+        // even if this frame is whole: its end may have been lost, and the next frame may begin with the same bytes.
         self.received = if whole { self.window.held() } else { 0 };
         if !whole {
             count(&mut self.counters.bad_crc);
@@ -357,7 +357,7 @@ mod tests {
     }
 
     #[test]
-    fn no_stream_takes_four_times_the_work_of_frames() {
+    fn no_stream_takes_more_than_four_times_the_work_of_frames() {
         let record = [7, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 0, 0];
         let frames: Vec<u8> = (0..20).flat_map(|k| frame(k, record, 250)).collect();
         let usual = work_per_byte(&frames);

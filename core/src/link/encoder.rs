@@ -55,8 +55,8 @@ impl Encoder {
     /// * `correspondence`: match, in px of the image before undistortion; see [`MatchRecord::encode`].
     ///
     /// # Errors
-    /// [`EncodeError::Coordinate`], [`EncodeError::Score`], [`EncodeError::GridStep`]: the match has no
-    /// record; send another one in its place. [`EncodeError::Full`].
+    /// [`EncodeError::Coordinate`], [`EncodeError::Score`], [`EncodeError::GridStep`]: the match cannot
+    /// be encoded; push another one in its place. [`EncodeError::Full`]: the frame has all its records.
     pub fn push(
         &mut self,
         correspondence: &Correspondence<f32>,

@@ -9,11 +9,11 @@ use crate::batch::correspondence::Correspondence;
 /// Treatment of a frame whose CRC proves correct.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Disposition {
-    /// Matches are handed out.
+    /// The matches are handed out.
     Accepted,
-    /// Same sequence number as the previous frame: dropped.
+    /// The sequence number is the one of the last whole frame: the frame is dropped.
     Repeated,
-    /// Refused by the sink: dropped.
+    /// The sink has refused the frame: it is dropped.
     Refused,
 }
 
@@ -30,14 +30,14 @@ pub(super) struct FrameBody {
     held: u8,
 }
 
-/// Effect of bytes or a record of the body.
+/// Effect of bytes of the body.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Step {
     /// Nothing to hand out.
     None,
     /// Correspondence and its track, unverified.
     Match(Correspondence<f32>, u16),
-    /// End of the frame; whether its CRC is correct.
+    /// The frame has ended. True if its CRC is correct.
     End(bool),
 }
 
@@ -119,7 +119,7 @@ impl FrameBody {
         let records = bytes.as_chunks().0;
         let most = most.min(self.records_left.into());
         let records = records.get(..most).unwrap_or(records);
-        // Local variables: fields of `self` would be loaded and stored for each record.
+        // Local variables, because fields of `self` would be loaded and stored for each record.
         let (mut crc, scales) = (self.crc.clone(), self.scales);
         let is_accepted = self.disposition == Disposition::Accepted;
         let mut left = records;
@@ -153,9 +153,9 @@ fn zero_bytes(word: u32) -> u32 {
     word.wrapping_sub(ONES) & !word & TOPS
 }
 
-/// Returns whether a record may hold the first two bytes of the magic, or the first byte at its end. Only every second
-/// byte is tested, in two words at once. This is enough: one of the two magic bytes is at a tested place, and the test
-/// ignores the one bit in which they differ. One random record in 16 passes.
+/// Returns whether a record may hold the first two bytes of the magic, or may end with the first of them. Only every
+/// second byte is tested, in two words at once. This is enough, because one of the two magic bytes is at a tested
+/// place, and the test ignores the one bit in which they differ. One random record in 16 passes.
 #[inline(always)]
 fn may_have_first_two_bytes([a, b, c, d]: [u32; 4]) -> bool {
     const SAME: u32 = !(FIRST ^ SECOND);
@@ -167,7 +167,8 @@ fn may_have_first_two_bytes([a, b, c, d]: [u32; 4]) -> bool {
     in_words(a, b) | in_words(c, d) != 0
 }
 
-/// Returns whether a record holds the first two bytes of a header; rarely true where no header starts.
+/// Returns whether a record holds the first two bytes of the magic, the second one possibly in `next`. It is true for
+/// every record that holds them, and rarely true for other records.
 ///
 /// * `next`: byte after the record; `None` if it has not been received.
 #[cold]
@@ -192,7 +193,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     #[test]
-    fn a_header_that_starts_at_any_byte_of_a_record_passes_both_tests_and_few_others_the_first() {
+    fn a_header_that_starts_at_any_byte_passes_both_tests_and_few_random_records_the_first() {
         let words = |bytes: &[u8; RECORD_BYTES + 1]| record_words(bytes.first_chunk().unwrap());
         let passes = |bytes: &[u8; RECORD_BYTES + 1], next: Option<&u8>| {
             may_have_first_two_bytes(words(bytes)) && has_first_two_bytes(words(bytes), next)

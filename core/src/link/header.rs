@@ -194,8 +194,8 @@ impl FrameHeader {
         f32::from(1_u16 << self.fraction_bits.min(MAX_FRACTION_BITS))
     }
 
-    /// Returns the scales of the records. They are computed once per frame: once per record, they would take a tenth of
-    /// the decoding time.
+    /// Returns the scales of the records. A frame computes them once, because computing them for each record takes a
+    /// tenth of the decoding time.
     #[inline(always)]
     pub(super) fn scales(&self) -> Scales {
         // A power of two, built without a division. The biased exponent of 1 is 127. The exponent lies above the 23
@@ -220,7 +220,8 @@ impl FrameHeader {
 
     /// Returns the pyramid level with the nearest grid step; `None` if the relative error exceeds 1/16.
     ///
-    /// * `grid_step_px`: grid step, px. If the grid step of the header is 0, any finer step counts as level 0.
+    /// * `grid_step_px`: grid step, px. If the grid step of the header is 0, any step below the coordinate step counts
+    ///   as level 0.
     #[must_use]
     pub fn level_of(&self, grid_step_px: f32) -> Option<u8> {
         let sent = match self.grid_step {

@@ -15,12 +15,12 @@ pub(super) const MAX_LEVEL: u8 = (1 << LEVEL_BITS) - 1;
 /// Bits of a pyramid level in a record; the track is above them.
 pub(super) const LEVEL_BITS: u8 = 4;
 
-/// Returns the words of a record, with the first byte of each word in the low bits. They are read once, because reading
-/// them at each use takes a fifth more instructions. The code is written out, because at opt-level "s" the compiler
-/// does not unroll a loop.
+/// Returns the words of a record, with the first byte of each word in the low bits. The CRC and the fields share these
+/// words, because reading the record for each use takes a fifth more instructions. The code is written out, because at
+/// opt-level "s" the compiler does not unroll a loop.
 #[inline(always)]
 pub(super) fn record_words(record: &[u8; RECORD_BYTES]) -> [u32; 4] {
-    // In chunks, because the compiler would load single bytes one at a time.
+    // From chunks of four bytes: from single bytes the compiler would load each byte separately.
     match record.as_chunks().0 {
         [a, b, c, d] => [
             u32::from_le_bytes(*a),

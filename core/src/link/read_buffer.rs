@@ -10,7 +10,7 @@ const CAPACITY: usize = 256;
 
 /// Decoder and the bytes of the last read.
 ///
-/// After damage two frames may end in one read: the bytes after the first frame wait for the next call.
+/// After damage two frames may end in one read. The bytes after the first frame wait for the next call.
 #[derive(Debug)]
 pub(super) struct ReadBuffer {
     pub(super) decoder: Decoder,
@@ -24,7 +24,8 @@ impl ReadBuffer {
         Self { decoder: Decoder::new(), bytes: [0; CAPACITY], unread: 0..0 }
     }
 
-    /// Returns the space for the next read: up to the end of the current frame or of the next header.
+    /// Returns the space for the next read: up to the end of the current frame or of the next header, at most
+    /// [`CAPACITY`] bytes.
     pub(super) fn space(&mut self) -> &mut [u8] {
         let wanted = self.decoder.bytes_wanted().min(CAPACITY);
         self.bytes.get_mut(..wanted).unwrap_or_default()

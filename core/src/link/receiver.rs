@@ -58,8 +58,8 @@ pub enum ReceiveError<E, P> {
     /// The sink refused the frame; see [`FrameRefusal`] for the action.
     #[error("frame refused: {0}")]
     Refused(#[from] FrameRefusal),
-    /// The time expired before a frame was whole. The next call continues with that frame. Its matches are not a pair
-    /// until the frame is whole.
+    /// The time expired before a frame was whole. The next call continues with that frame. A calibrator
+    /// does not solve its matches until the frame is whole.
     #[error("no frame within the time given")]
     TimedOut,
 }
@@ -73,7 +73,7 @@ codes! {
 /// Driver of a matcher: [`FpgaMatcher`](super::FpgaMatcher) on SPI, [`StreamMatcher`](super::StreamMatcher) on a byte
 /// stream. RAM: less than 512 bytes.
 ///
-/// One read takes at most 256 bytes, and ends at the latest with the end of a frame.
+/// One read asks for at most 256 bytes, and not beyond the end of the current frame.
 #[derive(Debug)]
 pub struct FrameReceiver<S> {
     pub(super) source: S,
@@ -97,7 +97,8 @@ impl<S> FrameReceiver<S> {
 }
 
 impl<S: Source> FrameReceiver<S> {
-    /// Reads once, whether data is waiting or not. This is for a caller with an interrupt. A stream may block.
+    /// Reads once, whether data is waiting or not. This is for a caller with an interrupt. The read of a stream may
+    /// block.
     ///
     /// Call it until the frame is whole, or as often as the longest expected frame needs: see
     /// [`FrameHeader::frame_bytes`](super::FrameHeader::frame_bytes).
@@ -116,7 +117,7 @@ impl<S: Source> FrameReceiver<S> {
 
     /// Reads until a frame is whole, and returns it.
     ///
-    /// * `expired`: called after each read; `true` ends the wait.
+    /// * `expired`: called after each read that completes no frame; `true` ends the wait.
     ///
     /// # Errors
     /// As [`Self::read`], and [`ReceiveError::TimedOut`].
@@ -159,7 +160,7 @@ impl<S: ReadySource> FrameReceiver<S> {
 
     /// Polls until a frame is whole, and returns it.
     ///
-    /// * `expired`: called after each poll; `true` ends the wait.
+    /// * `expired`: called after each poll that completes no frame; `true` ends the wait.
     ///
     /// # Errors
     /// As [`Self::poll`], and [`ReceiveError::TimedOut`].

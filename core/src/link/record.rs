@@ -135,7 +135,7 @@ impl MatchRecord {
         self.scaled(&header.scales())
     }
 
-    /// Decodes as [`Self::decode`], with the scales of the header.
+    /// Does the work of [`Self::decode`], with scales that are computed once per frame.
     #[inline(always)]
     pub(super) fn scaled(&self, scales: &Scales) -> Correspondence<f32> {
         let px = |steps: u32| f32::count(steps) * scales.px_per_step;
@@ -149,7 +149,7 @@ impl MatchRecord {
     }
 }
 
-/// Returns `x * scale`, rounded to the nearest integer; `None` if it is negative, above 32 bits or NaN.
+/// Returns `x * scale`, rounded to the nearest integer; `None` if the product is negative, NaN or beyond 32 bits.
 #[expect(
     clippy::as_conversions,
     clippy::cast_possible_truncation,

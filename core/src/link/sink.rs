@@ -75,10 +75,10 @@ pub(super) fn in_scalar<T: Scalar>(c: &Correspondence<f32>) -> Correspondence<T>
 ///
 /// No frame is taken while a pair is being solved.
 ///
-/// The matches of a frame stay hidden until its CRC proves correct: before [`Received`] the batch has no pairs, and
-/// solving it returns [`crate::Rejection::TooFew`] with 0 usable correspondences. If the link fails within a frame,
-/// there is therefore nothing to solve, and a frame that continues later is whole. [`Calibrator::discard_pair`] gives
-/// the frame up: the rest of the frame is dropped, and [`Received::taken`] is 0.
+/// The matches of a frame stay hidden until its CRC proves correct. Before [`Received`] the batch therefore appears
+/// empty, and solving it returns [`crate::Rejection::TooFew`] with 0 usable correspondences. This keeps the hidden
+/// matches: if the link stops within a frame and continues later, the frame is received whole.
+/// [`Calibrator::discard_pair`] gives the frame up: its other matches are dropped, and [`Received::taken`] is 0.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {
         self.is_solving()
@@ -88,7 +88,7 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
         if self.is_solving() {
             return Err(FrameRefusal::Busy);
         }
-        // The header has no size of the right image: it may differ.
+        // The header does not contain the size of the right image, which may differ.
         if self.factory.cameras.left.intrinsics().size != header.image_size {
             return Err(FrameRefusal::ImageSize(header.image_size));
         }
@@ -99,7 +99,8 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
 
     #[inline(always)]
     fn take(&mut self, c: &Correspondence<f32>, _: u16) {
-        // No pair is being solved while a frame arrives: its matches are hidden.
+        // If `discard_pair` has given the frame up, its other matches are dropped. While a frame arrives, its matches
+        // are hidden, so no pair is being solved.
         if !self.batch.is_arriving() {
             return;
         }

@@ -17,7 +17,7 @@ use crate::scalar::Scalar;
 /// let mut sink = Tracking { calibrator, tracks: Some(tracks) };
 /// if let Ok(ReadStatus::Frame(_)) = matcher.read(&mut sink) {
 ///     let outcome = calibrator.solve_pair();
-///     let witnessed = calibrator.push_witness(tracks); // NoMotion: not far enough yet
+///     let witnessed = calibrator.push_witness(tracks); // NoMotion: the rig has not moved far enough yet
 ///     # let _ = (outcome, witnessed);
 /// }
 /// # }
@@ -62,7 +62,7 @@ impl<T: Scalar, const N: usize, const M: usize> FrameSink for Tracking<'_, T, N,
     }
 
     fn discard(&mut self) {
-        // A frame without an end is ignored.
+        // `Tracks` ignores a frame that has not ended.
         if let Some(tracks) = &mut self.tracks {
             tracks.begin();
         }

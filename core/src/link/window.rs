@@ -1,4 +1,4 @@
-//! Sliding window over the stream, which may hold a header.
+//! Sliding window over the stream: the bytes that may belong to a header.
 
 use super::layout::{HEADER_BYTES, MAGIC};
 use crate::checksum;
@@ -11,14 +11,15 @@ const FULL: u32 = 1 << (HEADER_BYTES - MAGIC.len());
 
 /// Bytes since the earliest position that may start a header; at most one header length.
 ///
-/// Every fourth byte may begin a magic. The window keeps a ring with a rolling checksum, and the set of places of the
-/// magic, so that it reads no byte again when it slides.
+/// A stream may contain a magic every four bytes. The window keeps a ring with a rolling checksum and the set of places
+/// of the magic, so that it reads no byte again when it slides.
 #[derive(Debug, Clone)]
 pub(super) struct Window {
     /// The last bytes appended.
     ring: [u8; HEADER_BYTES],
     /// Number of bytes appended, modulo 256. The next byte goes to `next % HEADER_BYTES` in the ring.
     next: u8,
+    /// Number of bytes since the first magic, whole or incomplete; at most [`HEADER_BYTES`].
     held: u8,
     /// Bit `i` is set if a magic ended `i` bytes ago.
     magics: u32,
@@ -60,7 +61,7 @@ impl Window {
     /// Appends bytes to a window that is not full. It stops after a byte that completes a header, or after a byte at
     /// which no begun header remains.
     ///
-    /// * `within_frame`: if true, continues where no begun header remains.
+    /// * `within_frame`: if true, it does not stop where no begun header remains.
     #[inline(always)]
     pub(super) fn take(&mut self, bytes: impl Iterator<Item = u8>, within_frame: bool) -> Taken {
         // Local variables: with fields, each store to the ring would store and load the other fields, too.
@@ -97,7 +98,7 @@ impl Window {
         self.hold();
     }
 
-    /// Sets the held bytes: they begin with the first magic, whole or incomplete.
+    /// Sets the number of held bytes. The held bytes begin with the first magic, whole or incomplete.
     #[inline(always)]
     fn hold(&mut self) {
         self.held = match self.magics.leading_zeros().to_le_bytes() {

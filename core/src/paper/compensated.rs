@@ -1,5 +1,5 @@
-//! Compensated sums: the rounding error of an addition enters the next addition (Kahan, with Knuth's exact two-term
-//! sum).
+//! Compensated sums: the rounding error of each addition is added with the next term (Kahan, with Knuth's exact
+//! two-term sum).
 
 use crate::scalar::Scalar;
 
@@ -14,7 +14,7 @@ pub(super) struct Sum<T> {
 impl<T: Scalar> Sum<T> {
     pub(super) const ZERO: Self = Self { sum: T::ZERO, lost: T::ZERO };
 
-    /// Adds a term; the bits depend on the order of terms.
+    /// Adds a term. The last bits of the sum depend on the order of the terms.
     pub(super) fn add(&mut self, x: T) {
         let x = x + self.lost;
         let total = self.sum + x;

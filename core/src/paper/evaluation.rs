@@ -1,5 +1,5 @@
-//! Last pass over a pair in the published method: sums for noise and information at the solution, and for the fits of
-//! start and solution.
+//! Last pass over a pair in the published method. It sums for noise and information at the solution, and for the RMS
+//! row offsets at start and solution.
 
 use super::residual::linearised;
 use crate::algebra::information::Information;
@@ -21,7 +21,8 @@ pub(super) struct Evaluation<T> {
     /// Numbers of points clearly in front of the cameras and clearly behind them. All correspondences count, because
     /// Huber's loss depends on all of them.
     pub(super) sides: [u32; 2],
-    /// Number of row offsets within [`SCREEN`] thresholds, and sums of their squares at start and solution.
+    /// Number of row offsets within [`SCREEN`] thresholds at the solution, and sums of the squared row offsets of these
+    /// correspondences at start and solution.
     pub(super) screened: u32,
     pub(super) squares_before: T,
     pub(super) squares_after: T,
@@ -31,7 +32,8 @@ impl<T: Scalar> Evaluation<T> {
     /// Returns the sums over a batch.
     ///
     /// * `threshold`: threshold of Huber's loss, at unit depth.
-    /// * `least`: least disparity beyond noise, at unit depth.
+    /// * `least`: least disparity, at unit depth, of a point clearly in front of the cameras. A point with the negative
+    ///   disparity or less is clearly behind them.
     pub(super) fn over(
         pairs: &[RayPair<T>],
         start: &RectifyingRotations<T>,

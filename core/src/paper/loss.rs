@@ -4,7 +4,7 @@ use crate::scalar::Scalar;
 
 /// Huber's loss: quadratic up to the threshold, linear beyond (eq 18).
 ///
-/// It bounds the influence of one gross outlier; the influence of many adds up.
+/// It bounds the influence of one gross outlier, but the influences of many add up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Huber<T> {
     /// `c_t`, in the unit of the residual.

@@ -1,8 +1,8 @@
 //! The paper's fusion (eqs 20 to 22): mean directions of `t^k` and of the rotation axes, and a central angle.
 //!
-//! The sums add differences from the first pair, and are compensated: a million pairs lose no digit in `f32`. All pairs
-//! have the same weight. Near `R = I` the axis of a pair is noise and the result is biased; then `axis_is_meaningful`
-//! is false.
+//! All sums are compensated, and all except the sum of the axes add differences from the first pair. A million pairs
+//! therefore lose no digit in `f32`. All pairs have the same weight. Near `R = I` the axis of a pair is noise and the
+//! result is biased; then `axis_is_meaningful` is false.
 
 use nalgebra::{Unit, Vector3};
 
@@ -146,7 +146,8 @@ impl<T: Scalar> MeanDirection<T> {
         })
     }
 
-    /// Returns the standard errors of the means: root of the sample variance over the number of pairs.
+    /// Returns the standard errors of the means: root of the sample variance over the number of pairs. The one of `R`
+    /// includes the bias.
     ///
     /// * `n`: number of pairs.
     /// * `bias`: distance of central angle times mean axis from the mean rotation vector, rad.

@@ -2,8 +2,8 @@
 //!
 //! Exact over the first [`MEDIAN_VALUES`] values; then Robbins and Monro's stochastic approximation,
 //! `m += 1.25 s sign(x - m) / n`, with the error of the exact median (`1.25 s / sqrt n`) for a normal distribution. `s`
-//! is 1.4826 times the median absolute deviation of the first values: a minority of outliers moves neither centre nor
-//! step. After a later shift of the distribution the estimate moves by these steps only.
+//! is 1.4826 times the median absolute deviation of the first values, so a minority of outliers changes centre and step
+//! by a bounded amount only. After a later shift of the distribution the estimate moves only by these steps.
 
 use crate::scalar::Scalar;
 use crate::thresholds::paper::{MEDIAN_VALUES, MIN_DEVIATION_RAD};
@@ -21,7 +21,7 @@ pub(super) struct Median<T> {
     count: u32,
     /// Median so far.
     centre: T,
-    /// Step at the first value, `1.25 s`.
+    /// `1.25 s`, the step before the division by the number of values.
     step: T,
 }
 
@@ -116,7 +116,7 @@ mod tests {
     }
 
     #[test]
-    fn exact_over_the_first_values_in_any_order() {
+    fn the_median_is_exact_over_the_first_values_in_any_order() {
         assert_eq!(median([]), None);
         assert_eq!(median([4.0]), Some(4.0));
         assert_eq!(median([4.0, 1.0]), Some(2.5));
@@ -125,21 +125,21 @@ mod tests {
     }
 
     #[test]
-    fn follows_the_exact_median_over_a_thousand_values() {
+    fn the_median_of_a_thousand_values_is_close_to_the_exact_one() {
         let m = median((0..1000).map(scattered)).expect("values");
         assert!((m - 0.5).abs() < 0.05, "{m}");
     }
 
     #[test]
-    fn a_third_of_gross_values_leaves_it_among_the_good_ones() {
+    fn a_third_of_gross_values_leaves_the_median_among_the_good_values() {
         let gross = |i: u16| if i.is_multiple_of(3) { 1e3 } else { scattered(i) };
         let m = median((0..1000).map(gross)).expect("values");
-        // The median of the mixture is the three-quarter point of the good values.
+        // The median of the mixture is the upper quartile of the good values.
         assert!((m - 0.75).abs() < 0.1, "{m}");
     }
 
     #[test]
-    fn equal_values_stay_exact() {
+    fn the_median_of_equal_values_is_exact() {
         assert_eq!(median((0..1000).map(|_| 0.1)), Some(0.1));
     }
 }

@@ -5,36 +5,37 @@
 //!   extrinsics.
 //! - `gate`, `mean_direction`: many pairs. `compensated`, `median`: their sums and central angle.
 //!
-//! Tests of the whole: `host-tests/tests/errata.rs`, `host-tests/src/baselines/literal_paper.rs` (literal transcription
-//! with 6 parameters).
+//! `host-tests/rivals` tests the whole method: `tests/rivals/errata.rs`, and `src/literal_paper.rs`, a literal
+//! transcription with 6 parameters.
 //!
 //! *Residual* `e = v_l - v_r` (11). A left perturbation `w` gives `dv = -(1 + v^2) w_x + u v w_y + u w_z` (14, 15). In
 //! the five unknowns, with `d = u_l - u_r`: `J = [-(1 + v_l^2), u_l v_l, u_l, d v_l + u_r e, d - s e (v_l + v_r)]`. The
-//! paper's row `e_0` and sixth parameter fix the gauge only.
+//! row `e_0` and the sixth parameter of the paper fix only the gauge.
 //!
 //! *Solver* (16 to 19). Huber weights `min(1, c_t / |e|)`; Levenberg-Marquardt `(H + lambda diag H) x = -g`. A step is
 //! kept only if the cost falls; a ray behind a camera costs as much as a row offset of 1. Nielsen's rule sets `lambda`
 //! within `DAMPING_FACTOR`. If the change of the cost is below its rounding, it is computed as `(g_0 + g_1) . x / 2`,
-//! exact for a quadratic (approximate Wolfe condition, Hager and Zhang). Information of `n` rows, `m` of them within
-//! `c_t`:
+//! exact for a quadratic (approximate Wolfe condition, Hager and Zhang). The information of `n` rows, `m` of them
+//! within `c_t`, is:
 //!
 //! ```text
 //! information = (sum over |e| <= c_t of J J^T, less disparity noise) m / (n variance)
 //! variance    = max( sum min(|e|, c_t)^2 / (n - 5), floor^2 )
 //! ```
 //!
-//! The squared sum of `J_4` is reduced by `n variance` (`less_disparity_noise`). A pair is refused unless
-//! `variance (n + 9 H_00 / H_11) <= MAX_DISPARITY_NOISE H_44`, with a yaw error of 3 deviations.
+//! Let `H` be this sum of `J J^T`. `H_44` is reduced by `m variance` (`less_disparity_noise`). A pair is refused unless
+//! `variance (m + 9 H_00 / H_11) <= MAX_DISPARITY_NOISE H_44`; this allows for a yaw error of 3 deviations.
 //!
 //! *Fusion* (20 to 22). `t* = normalize(sum t_k)`; `R* = exp([s* v*]x)` where `v*` is the normalised sum of the unit
-//! axes, and `s*` is the mean or median of the angles. Sums are of differences from the first pair, compensated. The
-//! median is exact over `MEDIAN_VALUES`, then Robbins-Monro, `m += MEDIAN_STEP mad sign(x - m) / n`. Deviations are the
-//! standard errors of the means. Near `R = I` axes are noise: `Reason::Axis`.
+//! axes, and `s*` is the mean or median of the angles. All sums are compensated; all except the sum of the axes are of
+//! differences from the first pair. The median is exact over `MEDIAN_VALUES` angles; then it follows Robbins and Monro,
+//! `m += MEDIAN_STEP mad sign(x - m) / n`. The reported deviations are the standard errors of the means. Near `R = I`
+//! the axes are noise, and the estimate has `Reason::Axis`.
 //!
 //! *Errata*, each with a test: (14) prints `J_0` with the opposite sign; (12) has `theta_l` for `theta_r`; (8) lacks a
-//! normalisation; the public code returns `+r_r1` for `t`; "insufficiently" small means sufficiently; (20), (23) break
-//! at 0 and pi, and `arccos` loses `f32`; (18) alone does not survive gross outliers; (12) with `e_0` at weight 1 lets
-//! outliers bend the gauge by up to 2.3e-4 rad; (3) exchanges `p_l` and `p_r`.
+//! normalisation; the public code returns `+r_r1` for `t`; the text says "insufficiently" small and means sufficiently;
+//! (20), (23) break at 0 and pi, and `arccos` loses `f32`; (18) alone does not survive gross outliers; (12) with `e_0`
+//! at weight 1 lets outliers bend the gauge by up to 2.3e-4 rad; (3) exchanges `p_l` and `p_r`.
 
 mod compensated;
 mod evaluation;
@@ -77,7 +78,7 @@ impl<T: Scalar> Paper<T> {
 
     /// Forgets all pairs.
     pub(crate) fn reset(&mut self) {
-        // Assigned from a constant: a value made here would pass through the stack.
+        // Assigned from a constant, because a value made here would pass through the stack.
         self.fusion = match self.fusion.central() {
             Central::Mean => const { MeanDirection::new(Central::Mean) },
             Central::Median => const { MeanDirection::new(Central::Median) },
@@ -85,7 +86,7 @@ impl<T: Scalar> Paper<T> {
         (self.solver, self.solved) = (None, None);
     }
 
-    /// Discards a pair, solved or being solved.
+    /// Discards the pair, whether it is solved or being solved.
     pub(crate) fn discard(&mut self) {
         (self.solver, self.solved) = (None, None);
     }

@@ -1,10 +1,10 @@
 //! Row offset of one correspondence and its derivatives (eqs 9-15 with `u = x/z`, `v = y/z`).
 //!
-//! Input: rays at unit depth, dimensionless. Output: `e_i = v_l - v_r` between the rectified rays, dimensionless;
-//! multiplied by the focal length it is in pixels. Departures from the paper, each with a test:
+//! Input: rays at unit depth, dimensionless. Output: the difference `e_i = v_l - v_r` of the rectified rays,
+//! dimensionless; times the focal length it is in pixels. Departures from the paper, each with a test:
 //! - The five unknowns are the turns of `R` (3) and of the baseline (2), and not the turns of `R_l` and `R_r`. The
-//!   steps are the same. In far scenes the columns of the Jacobian are not nearly parallel, which `f32` needs. The
-//!   information belongs to `R` and `t`.
+//!   steps are the same. With these unknowns the columns of the Jacobian are not nearly parallel in far scenes, which
+//!   `f32` needs, and the information belongs to `R` and `t`.
 //! - The step keeps eq 8, so the row `e_0` and the sixth unknown are not needed.
 //! - A ray of rectified depth below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH) is skipped and counted; the paper
 //!   divides by this depth.

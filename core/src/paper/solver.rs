@@ -1,8 +1,8 @@
 //! One pair: Levenberg-Marquardt on the rectifying rotations (eqs 16 to 19), one pass at a time.
 //!
 //! A pass reads each correspondence once, and computes residuals, derivatives, normal equations and cost of one trial
-//! pose. A rejected trial costs a pass, so passes bound the time. Optimum and steps follow eq 17, with the damping
-//! scaled by the diagonal (Marquardt).
+//! pose. A rejected trial also costs a pass, so the number of passes bounds the time. Optimum and steps follow eq 17,
+//! with the damping scaled by the diagonal (Marquardt).
 
 use nalgebra::Vector5;
 
@@ -26,8 +26,8 @@ use crate::thresholds::paper::{
     MIN_DAMPING, TOLERANCE_ULPS,
 };
 
-/// Number of correspondences in a partial sum. Partial sums keep the last digits, which a comparison of the costs of
-/// two poses needs.
+/// Number of correspondences in a partial sum. Partial sums preserve the last digits, which the comparison of the costs
+/// of two poses needs.
 const BLOCK: usize = 16;
 
 /// Sums of one pass over the batch at one pose.
@@ -44,7 +44,7 @@ struct Pass<T> {
     skipped: u32,
 }
 
-/// State of the solver of one pair between two passes. Row offsets are at unit depth.
+/// State of the solver of one pair between two passes. Row offsets are at unit depth, dimensionless.
 #[derive(Debug, Clone)]
 pub struct HuberSolver<T: Scalar> {
     /// Mean focal length, px.
@@ -154,7 +154,8 @@ impl<T: Scalar> HuberSolver<T> {
             let small = d.amax() <= self.tolerance;
             return self.reject().or(small.then_some(Stop::NoDescent));
         }
-        // The limit is relative to the variance of the estimate, so it does not depend on scalar and scene.
+        // Compares the predicted change of the cost with the squared residuals, so the limit does not depend on noise
+        // and scene.
         let negligible = -slope_here <= T::EPSILON * at_trial.squares;
         let undamped = self.damping <= T::lit(LOOSE_DAMPING);
         self.accept(pose, at_trial, change / (slope_here * T::HALF));
@@ -162,8 +163,7 @@ impl<T: Scalar> HuberSolver<T> {
         converged.then_some(Stop::Converged)
     }
 
-    /// Keeps a trial. The damping follows Nielsen's rule: it is smaller if the quadratic model predicts the cost
-    /// better.
+    /// Keeps a trial. The damping follows Nielsen's rule: it becomes smaller with a larger gain.
     ///
     /// * `gain`: change of the cost over the change that the model predicts.
     fn accept(&mut self, pose: RectifyingRotations<T>, at_pose: Pass<T>, gain: T) {
@@ -186,9 +186,9 @@ impl<T: Scalar> HuberSolver<T> {
     /// Takes the evaluation pass at the pose reached, and returns the report.
     ///
     /// # Errors
-    /// [`Rejection::NoConsensus`] if too few correspondences are within the Huber threshold, [`Rejection::Behind`] if
-    /// their points are behind the cameras, [`Rejection::Unobservable`] if the correspondences leave a direction free,
-    /// or the baseline has turned towards an optical axis.
+    /// [`Rejection::NoConsensus`] if too few correspondences are within the Huber threshold; [`Rejection::Behind`] if
+    /// more than half as many points are behind the cameras as in front; [`Rejection::Unobservable`] if the
+    /// correspondences leave a direction free, or if the baseline has turned towards an optical axis.
     #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
         let extrinsics = self.pose.extrinsics().map_err(|_| Rejection::Unobservable)?;
@@ -204,7 +204,7 @@ impl<T: Scalar> HuberSolver<T> {
         let usable = T::count(self.at_pose.usable);
         let variance = (evaluated.clipped_squares / (usable - T::lit(5.0)))
             .max(self.noise_floor * self.noise_floor);
-        // Rows and disparities have the same noise.
+        // Row offsets and disparities have the same variance, because both are differences of two coordinates.
         let information = evaluated
             .information
             .less_disparity_noise(T::count(evaluated.inliers), variance)
@@ -269,7 +269,7 @@ impl<T: Scalar> Pass<T> {
         total
     }
 
-    /// Returns the rounding error of the cost, from residuals at unit depth and from the sum.
+    /// Returns the rounding error of the cost: of the residuals, which are at unit depth, and of their sum.
     fn cost_rounding(&self) -> T {
         T::lit(COST_ULPS) * T::EPSILON * (self.squares.sqrt() + self.cost)
     }

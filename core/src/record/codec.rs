@@ -57,14 +57,15 @@ pub(super) fn seal(record: &mut [u8]) {
     }
 }
 
-/// Reader of a record of the right length and checksum.
+/// Reader of the content of a record, whose length and checksum have been checked.
 #[derive(Clone)]
 pub(super) struct Reader<'a> {
     pub(super) rest: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
-    /// Checks checksum, header and length; returns a reader behind the header, and the last two bytes of the header.
+    /// Checks checksum, header and length. Returns a reader of the content after the header, and the last two bytes of
+    /// the header.
     ///
     /// # Errors
     /// [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`].
@@ -98,7 +99,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Reads a word. Beyond the end it would return 0, but the length of the record excludes this.
+    /// Reads a word; returns 0 beyond the end, which the checked length excludes.
     #[inline(never)]
     pub(super) fn word(&mut self) -> u32 {
         let Some((word, rest)) = self.rest.split_first_chunk() else { return 0 };

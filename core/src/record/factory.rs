@@ -1,5 +1,4 @@
-//! Calibration of a rig in production, as a record. The record is written once, and everything that is learnt starts
-//! from it.
+//! Calibration of a rig in production, as a record. It is written once, and every estimate starts from it.
 
 use super::codec::{Reader, Writer, seal};
 use super::{FACTORY, OVERHEAD_BYTES, believe};
@@ -70,8 +69,8 @@ impl<T: Scalar> FactoryCalibration<T> {
         Self { cameras, extrinsics, yaw_sd_rad: Some(CALIBRATED_YAW_SD_RAD), baseline_m: None }
     }
 
-    /// Returns a guess: `R = I`, `t = (-1, 0, 0)`. Until a witness measures the yaw, the rows give it, with the
-    /// uncertainty of the lens ([`crate::Config::with_lens_yaw_sd_rad`]).
+    /// Returns a guess: `R = I`, `t = (-1, 0, 0)`. Until a witness measures the yaw, only the rows determine it, and
+    /// its uncertainty includes the apparent yaw of the lens ([`crate::Config::with_lens_yaw_sd_rad`]).
     #[must_use]
     pub const fn guess(cameras: Cameras<T>) -> Self {
         Self::new(cameras, Extrinsics::SIDE_BY_SIDE).without_yaw()
@@ -79,8 +78,8 @@ impl<T: Scalar> FactoryCalibration<T> {
 
     /// Sets the standard deviation of the yaw of `R`, rad. Robust preset only.
     ///
-    /// Rows do not separate yaw from an error `a x y` of the lenses, so depth rests on this value until the rig
-    /// changes. A larger value follows the rows; a smaller one trusts the calibration further than it was measured.
+    /// Rows do not separate yaw from an error `a x y` of the lenses, so depth relies on the factory yaw until the rig
+    /// changes. A larger value lets the rows change the yaw more; a smaller one keeps an error of the calibration.
     ///
     /// # Errors
     /// [`ConfigError::FactoryYaw`] if the value is outside 1e-6 to 1.

@@ -1,7 +1,8 @@
 //! Records that outlast a loss of power: the factory calibration, and the state of a calibrator as a prior.
 //!
-//! `FORMAT.md` has the bytes of both. Numbers are `f32` in either scalar. A record is refused as a whole if it is
-//! damaged, foreign or of another layout, or holds a number out of its range.
+//! `FORMAT.md` defines the bytes of both. Numbers are `f32`, also for a calibrator in `f64`. A record is refused as a
+//! whole if it is damaged, of another kind, layout or rig, or beyond the correction limit, or if a number is out of its
+//! range.
 
 mod codec;
 pub(crate) mod factory;
@@ -21,7 +22,7 @@ const STATE: u8 = 2;
 
 /// Length of the header, bytes: magic, layout, kind and two more bytes.
 const HEADER_BYTES: usize = 8;
-/// Length of header and checksum, bytes.
+/// Length of header and checksum together, bytes.
 const OVERHEAD_BYTES: usize = HEADER_BYTES + 4;
 
 /// Refuses a number out of its range.

@@ -24,7 +24,7 @@ use crate::thresholds::{MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATI
 
 /// Largest component of a unit vector after rounding.
 const UNIT: f32 = 1.0 + 1e-5;
-/// Bound on the ratio of a running mean to its largest term. Rounding can raise the mean slightly above the term.
+/// Largest ratio of a running mean to its largest term. Rounding can raise the mean slightly above this term.
 const MEAN_ROUNDING: f32 = 1.001;
 /// Largest magnitude of a yaw, rad, and largest variance of a yaw, rad^2.
 const MAX_YAW: f32 = 10.0;
@@ -78,7 +78,7 @@ const _: () = assert!(BYTES <= 400);
 /// pairs have shown depth.
 const FLAGS: [u8; 6] = [1, 2, 4, 8, 16, 32];
 
-/// Function that reads the calibrations of a record into a calibrator, and the estimate of the record into the prior;
+/// Function that reads the calibrations of a record into a calibrator, and the estimate of the record into [`Learned`];
 /// it returns whether there is a record.
 type Read<'a, C, T> = dyn FnMut(&mut C, &mut Learned<T>) -> Result<bool, RestoreError> + 'a;
 
@@ -100,7 +100,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Passes the estimate as a prior to `write`.
-    // Split into three functions, so that neither the prior nor the record is on the stack while the lens is solved.
+    // Split into several functions, so that neither the prior nor the record is on the stack while the lens is
+    // solved.
     #[inline(never)]
     pub(crate) fn learn<R>(&self, write: &mut dyn FnMut(&mut Learned<T>) -> R) -> R {
         let lens = self.learned_lens();
@@ -135,7 +136,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.write(learned, record);
         let numbers = record.get(HEADER_BYTES + 4 * WORDS..);
         if !numbers.is_some_and(|rest| Reader { rest }.is_within(&LEARNED)) {
-            // An estimate beyond the ranges, for instance from wrong matches, is not kept.
+            // An estimate out of the ranges, for instance from wrong matches, is not kept. With it the record would be
+            // refused.
             *learned = Learned::nothing();
             self.write(learned, record);
         }
@@ -156,7 +158,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// As [`Calibrator::restore`].
-    // Split into three functions, so that neither the record nor its content is on the stack during the check.
+    // Split into several functions, so that neither the record nor its content is on the stack during the check.
     #[inline(never)]
     pub(crate) fn restore_by(
         &mut self,
@@ -187,7 +189,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if found { self.take_up(&learned).map(|()| true) } else { Ok(false) }
     }
 
-    // Separate, so that the record and these values are never on the stack together.
+    // A separate function, so that the record and these values are never on the stack together.
     #[inline(never)]
     fn take_up(&mut self, learned: &Learned<T>) -> Result<(), RestoreError> {
         let context = self.estimator.context(&self.config, &self.factory);
@@ -254,10 +256,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// Returns the cameras with a correction.
+    /// Returns the cameras of the factory calibration with a correction.
     #[inline(never)]
     fn corrected(&self, correction: &LensCorrection<T>) -> Result<Cameras<T>, RestoreError> {
-        // A calibrator that only reports lens errors rectifies with the cameras as given.
+        // A calibrator that only reports lens errors rectifies with the cameras as given, and can use no correction.
         if !correction.is_none() && self.config.lens_tracking == LensTracking::Report {
             return Err(RestoreError::Config);
         }
@@ -286,7 +288,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 }
 
-/// Writes the turn of `R` from the factory extrinsics, rad, and `t`.
+/// Writes the rotation vector of `R` relative to the factory `R`, rad, and `t`.
 #[inline(never)]
 fn write_about<T: Scalar>(factory: &Extrinsics<T>, of: &Extrinsics<T>, to: &mut Writer<'_>) {
     to.numbers(so3::log(&(of.rotation() * factory.rotation().inverse())).as_slice());
@@ -301,7 +303,7 @@ fn read_about<T: Scalar>(
 ) -> Result<Extrinsics<T>, RestoreError> {
     believe(from.is_within(&ABOUT))?;
     let [turn, t] = [from.numbers::<T, 3>(), from.numbers()].map(Vector3::from);
-    // These numbers stand for the factory extrinsics, which are returned bit for bit.
+    // These numbers were written for the factory extrinsics, which are returned bit for bit.
     let made = factory.translation().map(|x| T::single(x.to_single()));
     if turn == Vector3::zeros() && t == made {
         return Ok(*factory);

@@ -20,17 +20,17 @@
 //!
 //! Each slot of a block takes one save before the block is erased again. By default there is at most one save in ten
 //! minutes. At this rate two pages of 2 kB with 10,000 cycles last 1.9 years, and two sectors of 128 kB last 120 years.
-//! Four pages last twice as long as two. In flash that fails, a save erases at most one block. Each save erases a block
-//! if the flash cannot be read before it is written and its driver also refuses to write it.
+//! Four pages last twice as long as two. Even in flash that fails, a save of the state erases at most one block. If
+//! erased words cannot be read, and the driver accepts a write only right after an erasure, each save erases a block.
 //!
 //! # Cost
 //!
 //! | call | reads | writes, erasures |
 //! |---|---|---|
 //! | [`Store::open`] | each slot behind the newest record of its block, and that record | none |
-//! | [`Store::resume`], [`Store::load_factory`] | the record; without one, as `open` | none |
+//! | [`Store::resume`], [`Store::load_factory`] | the record; without one, all slots, twice | none |
 //! | [`Store::save`] | the next slot, twice | the slot; an erasure once a block |
-//! | [`Store::save_factory`] | two records | two records, two erasures |
+//! | [`Store::save_factory`] | both copies, twice; three times without an intact copy | both copies, two erasures |
 //!
 //! Each access has at most 512 bytes, the largest slot.
 //!
@@ -67,8 +67,8 @@ use slot::Slot;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum StoreError<E: Debug> {
-    /// A range does not consist of whole erase blocks, ends beyond the flash, overlaps the other one, has fewer than
-    /// two erase blocks, or blocks too small for a record. Correct the ranges.
+    /// A range does not consist of whole erase blocks, ends beyond the flash, overlaps the other range, has fewer than
+    /// two erase blocks, or has erase blocks too small for a record. Correct the ranges.
     #[error("the ranges do not hold two whole erase blocks each within the flash")]
     Range,
     /// Read-back differs from what was written: the flash is worn out, locked or stuck. Try again later.
@@ -145,9 +145,9 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         record.map(|record| FactoryCalibration::from_record(record)).transpose()
     }
 
-    /// Saves a factory calibration in place of the previous one, in production or on request. From then on a state
-    /// learnt from another rig is refused. The second copy is erased only after the first one has been read back, so a
-    /// loss of power leaves the old calibration or the new one.
+    /// Saves a factory calibration in place of the previous one, in production or on request. Afterwards a state that
+    /// was learnt with other cameras or other factory extrinsics is refused. The second copy is erased only after the
+    /// first one has been read back, so a loss of power leaves the old calibration or the new one.
     ///
     /// # Errors
     /// [`StoreError::Flash`], [`StoreError::Verify`]: the previous calibration remains, or one copy of the new one.
@@ -155,8 +155,8 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         &mut self,
         factory: &FactoryCalibration<T>,
     ) -> Result<(), StoreError<F::Error>> {
-        // `find` makes the first save write the damaged or older copy. If that save fails, the next call writes the same
-        // copy again, and the intact one is not erased before.
+        // `find` makes the first save write the damaged or older copy. If that save fails, the next call writes the
+        // same copy again, and does not erase the intact copy before.
         self.factory.find(&mut self.flash);
         let mut write = |record: &mut [u8]| factory.write(record);
         self.factory.save(&mut self.flash, &mut write)?;
@@ -181,7 +181,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         restored
     }
 
-    // Out of line, so that the record does not stay on the stack.
+    // Out of line, so that the record is on the stack only while it is read.
     #[inline(never)]
     fn read<const N: usize>(
         &mut self,

@@ -19,11 +19,12 @@ pub enum SaveReason {
     /// The locked estimate has moved in `R` or in `t` by more than its standard deviation and by more than 8.7e-4 rad
     /// (0.05 degrees), or a witness has moved the yaw. The saved estimate would fit the next pair worse.
     Moved,
-    /// The locked estimate has more pairs, and the last save is [`SavePolicy::OVERDUE`] intervals old.
+    /// The locked estimate has another number of pairs than at the last save, and that save is [`SavePolicy::OVERDUE`]
+    /// intervals old.
     Overdue,
 }
 
-/// Calibrator at the last save.
+/// State of the calibrator at the last save.
 #[derive(Debug, Clone, Copy)]
 struct Saved<T: Scalar> {
     was_locked: bool,
@@ -63,13 +64,14 @@ pub struct SavePolicy<T: Scalar> {
     interval: Duration,
     /// Time of the last pair, ms.
     last: Option<u64>,
-    /// Time counted since the last due or completed save or since the restart, ms; at first the largest value.
+    /// Time counted since the last due or completed save or since the restart, ms. At first the largest value, so that
+    /// the first save does not wait.
     elapsed: u64,
     saved: Option<Saved<T>>,
 }
 
 impl<T: Scalar> SavePolicy<T> {
-    /// Number of intervals after which any further pair causes a save.
+    /// Number of intervals after which any further fused pair of a locked estimate causes a save.
     pub const OVERDUE: u32 = 36;
 
     /// Returns the policy of a device that has never saved.
@@ -81,11 +83,11 @@ impl<T: Scalar> SavePolicy<T> {
         Self { interval, last: None, elapsed: u64::MAX, saved: None }
     }
 
-    /// Returns the reason to save now, if a save is due, and then `None` for the interval. Call it once after each
-    /// pair.
+    /// Returns the reason to save now, or `None` if no save is due. After a reason it returns `None` for one interval.
+    /// Call it once after each pair.
     ///
-    /// A change of an estimate that is not locked does not cause a save: the confirmed estimate that was saved before
-    /// is kept.
+    /// A change of an estimate that is not locked does not cause a save, so the flash keeps the last confirmed
+    /// estimate.
     ///
     /// * `now`: time since a fixed origin.
     #[inline(never)]
@@ -125,7 +127,7 @@ impl<T: Scalar> SavePolicy<T> {
     pub fn restarted<const N: usize>(&mut self, calibrator: &Calibrator<T, N>) {
         self.saved(calibrator, Duration::ZERO);
         self.last = None;
-        // Re-locking after a restore triggers no save.
+        // If an estimate was restored, its confirmation does not cause a save.
         self.saved.iter_mut().for_each(|saved| saved.was_locked = saved.place.is_some());
     }
 

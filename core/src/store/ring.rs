@@ -1,5 +1,5 @@
-//! Records of one kind, in slots of one size over erase blocks. The newest intact record counts, and the block with
-//! this record is never erased.
+//! Records of one kind, in slots of one size over several erase blocks. Only the newest intact record is used, and the
+//! block with this record is never erased.
 
 use core::ops::Range;
 
@@ -55,7 +55,8 @@ impl Ring {
         }
     }
 
-    /// Returns the ring for two copies of one record, each in a block of its own. Two saves replace both copies.
+    /// Returns the ring with only two slots, each in a block of its own, for two copies of one record. Two saves
+    /// replace both copies.
     pub(super) fn of_two_copies(self) -> Self {
         Self { blocks: 2, slots: 1, ..self }
     }
@@ -107,7 +108,7 @@ impl Ring {
         if self.newest.is_none() {
             self.scan(flash);
         }
-        // Erased flash may read as the largest number, so this number is not a sequence number.
+        // The largest number is not a sequence number, because erased flash may read as this number.
         let before = self.newest.map_or(0, |newest| newest.sequence);
         let sequence = before.saturating_add(1).min(u32::MAX - 1);
         let mut content = Slot::erased();
@@ -153,7 +154,7 @@ impl Ring {
         self.next = self.after(newest.block);
     }
 
-    /// Finds the newest record: the newest of the last intact records of all blocks.
+    /// Finds the newest record: reads the last intact record of each block, and keeps the newest of these.
     #[inline(never)]
     fn scan<F: NorFlash>(&mut self, flash: &mut F) {
         let mut content = Slot::erased();

@@ -10,10 +10,10 @@ const LONGEST: usize = 512;
 /// Length of a read in [`is_blank`], bytes; if words are longer, a read has one word.
 const CHUNK: usize = 64;
 
-/// Length of the sequence number before the record, bytes.
+/// Length of the sequence number before the record, and of the checksum after it, bytes.
 const HEAD: usize = 4;
 
-/// Content of a slot. It is aligned, because drivers pass it to DMA or write it word by word.
+/// Content of a slot. It is aligned to 8 bytes, because drivers pass it to DMA or write it word by word.
 #[repr(align(8))]
 pub(super) struct Slot([u8; LONGEST]);
 
@@ -37,7 +37,7 @@ impl Slot {
         self.0.get_mut(HEAD..length.saturating_add(HEAD)).unwrap_or_default()
     }
 
-    /// Adds sequence number and checksum.
+    /// Writes the sequence number before a record of this length, and the checksum after it.
     #[inline(never)]
     pub(super) fn seal(&mut self, sequence: u32, length: usize) {
         if let Some(head) = self.0.first_chunk_mut() {
@@ -66,7 +66,7 @@ impl Slot {
         let sequence = u32::from_le_bytes(*self.0.first_chunk()?);
         let (content, rest) = self.split(length);
         let is_intact = u32::from_le_bytes(*rest.first_chunk()?) == of_record(content);
-        // Erased flash, or a line stuck at 0, does not count as a record.
+        // The numbers 0 and `u32::MAX` are no sequence numbers: erased flash or a data line stuck at 0 may read so.
         Some(sequence).filter(|sequence| is_intact && ![0, u32::MAX].contains(sequence))
     }
 

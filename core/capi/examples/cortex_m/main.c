@@ -1,5 +1,5 @@
-/* Firmware of a Cortex-M4F that calibrates a generated rig and misuses the library. Returns 1 if a
- * check fails. */
+/* Firmware of a Cortex-M4F that calibrates a generated rig, and checks that the library refuses misuse.
+ * Returns 1 if a check fails. */
 #include <math.h>
 #include <stdio.h>
 

@@ -12,7 +12,7 @@ size_t matcher_frame(uint8_t *frame, uint32_t sequence, const uint16_t size_px[2
     };
     uint8_t *at = frame;
 
-    /* The header has the number of matches, so those that fit are counted first. */
+    /* The header contains the number of matches, so the matches that can be encoded are counted first. */
     for (uint16_t i = 0; i < count; i++)
         if (selfcal_frame_check(&header, &matches[i]) == SELFCAL_OK)
             header.count++;

@@ -1,4 +1,4 @@
-/* Stands for the matcher: frames in the format of core/src/link/FORMAT.md, by the library's encoder. */
+/* Stands for the matcher: the library's encoder makes frames in the format of core/src/link/FORMAT.md. */
 #ifndef MATCHER_H
 #define MATCHER_H
 
@@ -9,8 +9,8 @@
 #define MATCHER_FRAME_BYTES(count) \
     (SELFCAL_FRAME_HEADER_BYTES + SELFCAL_FRAME_MATCH_BYTES * (count) + SELFCAL_FRAME_END_BYTES)
 
-/* Writes a frame of the matches that fit the format, in 1/256 px. Its length, 0 after an error; `frame` has
- * MATCHER_FRAME_BYTES(count). */
+/* Writes a frame of the matches that can be encoded, in steps of 1/256 px. Returns its length, bytes, or 0 after an
+ * error. `frame` has room for MATCHER_FRAME_BYTES(count) bytes. */
 size_t matcher_frame(uint8_t *frame, uint32_t sequence, const uint16_t size_px[2],
                      const selfcal_correspondence_t *matches, uint16_t count);
 

@@ -39,7 +39,7 @@ static void check_power_loss(selfcal_t *cal)
            (unsigned)sizeof factory, (unsigned)sizeof snapshot, snapshot_stack, (unsigned)stack_used());
 
     CHECK(selfcal_in_use(cal, &after) == SELFCAL_OK);
-    for (int i = 0; i < 3; i++) /* `R` is kept as a turn: to rounding */
+    for (int i = 0; i < 3; i++) /* `t` is the same to rounding */
         CHECK(fabsf(after.extrinsics.translation[i] - before.extrinsics.translation[i]) < 1e-6f);
     CHECK(selfcal_state(cal, &state) == SELFCAL_OK && state == SELFCAL_STATE_SUSPECT);
 }

@@ -1,10 +1,10 @@
-/* A loss of power, then frames of the matcher. */
+/* Checks a loss of power, and then frames of the matcher. */
 #ifndef RESTART_H
 #define RESTART_H
 
 #include "stereo_selfcal.h"
 
-/* Takes a calibrator that is locked on the rig. */
+/* Checks both, with a calibrator that is locked on the rig. */
 void check_restart(selfcal_t *cal, const selfcal_extrinsics_t *rig);
 
 #endif

@@ -1,4 +1,4 @@
-/* A rig and matches of its cameras, generated and reproducible. */
+/* Generates a rig and matches of its cameras; each run gives the same ones. */
 #ifndef SCENE_H
 #define SCENE_H
 
@@ -6,7 +6,7 @@
 
 #include "stereo_selfcal.h"
 
-/* Both cameras of the rig, without distortion, side by side: a guess. */
+/* Factory calibration: both cameras of the rig, without distortion, and a guess of the extrinsics, side by side. */
 extern const selfcal_factory_t scene_factory;
 
 /* Extrinsics of the rig, rotated and shifted from side by side. */

@@ -1,9 +1,9 @@
 #include "stack.h"
 
 #define PAINT 0xA5C3F00Du
-/* Below the painting function. */
+/* Words painted below the stack of these functions. */
 #define PAINTED_WORDS 8192
-/* Stack of the two functions below. */
+/* Stack that stack_paint and stack_used themselves may use, words. */
 #define OWN_WORDS 16
 
 static volatile uint32_t *painted_to;

@@ -7,7 +7,7 @@
 /* Paints the unused stack. */
 void stack_paint(void);
 
-/* Bytes of stack below the caller used since stack_paint, at most 32 KiB. */
+/* Returns the number of bytes of stack below the caller used since stack_paint, at most about 32 KiB. */
 uint32_t stack_used(void);
 
 #endif

@@ -27,7 +27,7 @@ static void fault(void)
     }
 }
 
-/* Interrupt of the timer in the core; a fault without a handler. */
+/* Interrupt of the timer in the core. Without a handler in the program, it is a fault. */
 void systick(void) __attribute__((weak, alias("fault")));
 
 __attribute__((section(".vectors"), used)) static const void *const vectors[16] = {

@@ -1,12 +1,12 @@
 #include "task.h"
 
-/* One writer, the interrupt, and one reader, the task. A power of two. */
+/* Size of the queue, a power of two. Only the interrupt writes to the queue, and only the task reads from it. */
 #define QUEUE_BYTES 4096u
 
 static volatile uint8_t queue[QUEUE_BYTES];
 static volatile uint32_t queued, taken;
 
-/* Static: the stack holds neither. */
+/* Static, so that neither is on the stack. */
 static selfcal_t cal;
 static selfcal_link_t wire;
 
@@ -20,15 +20,15 @@ void task_queue(uint8_t byte)
     if (task_room() == 0)
         return;
     queue[queued % QUEUE_BYTES] = byte;
-    queued++; /* after the byte: the task reads up to here */
+    queued++; /* after the byte is written: the task reads up to here */
 }
 
-/* Waits for bytes and takes up to `room`; an RTOS has xStreamBufferReceive. */
+/* Waits for bytes, and takes at most `room` of them. With FreeRTOS use xStreamBufferReceive. */
 static size_t take(uint8_t *to, size_t room)
 {
     size_t count = 0;
 
-    /* An interrupt between the test and the wait is followed by the next one. */
+    /* An interrupt between the test and `wfi` does not wake the task, but the next interrupt does. */
     while (queued == taken)
         __asm volatile("wfi");
     while (count < room && queued != taken) {

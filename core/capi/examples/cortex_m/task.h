@@ -7,24 +7,24 @@
 
 #include "stereo_selfcal.h"
 
-/* Stack of the task, bytes. The run below paints it and fails above three quarters; the rest is for the context
- * that an RTOS saves, 204 bytes with the floating point unit, and for the board's own functions. */
+/* Stack of the task, bytes. task_main.c measures the used part, and fails above three quarters. The rest is for the
+ * context that an RTOS saves (204 bytes with the floating point unit) and for the functions of the board. */
 #define TASK_STACK_BYTES 10240
 
-/* State of the task, which it alone writes. */
+/* State of the task. Only the task writes it. */
 typedef struct {
     uint32_t frames, fused, applied;
     selfcal_error_t error;        /* error that ended the task */
     selfcal_calibration_t in_use; /* for the rectifier: at first that of the factory */
 } task_result_t;
 
-/* Room in the queue, bytes. For the interrupt. */
+/* Returns the room in the queue, bytes. For the interrupt. */
 size_t task_room(void);
 
-/* Queues a byte if there is room. For the interrupt; an RTOS has xStreamBufferSendFromISR. */
+/* Queues a byte if there is room. For the interrupt. With FreeRTOS use xStreamBufferSendFromISR. */
 void task_queue(uint8_t byte);
 
-/* The task: receives, solves pass by pass, fuses, applies. Ends after so many frames, or with an error. */
+/* The task: receives frames, solves pass by pass, fuses and applies. Ends after `frames` frames, or with an error. */
 void task_run(const selfcal_factory_t *factory, uint32_t frames, task_result_t *result);
 
 #endif

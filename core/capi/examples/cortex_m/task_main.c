@@ -1,5 +1,5 @@
-/* Runs the task of task.c on a stack of its own, as an RTOS does: the task on the process stack, interrupts on the
- * main one. Prints how much of the stack was used. Returns 1 if a check fails. */
+/* Runs the task of task.c on a stack of its own, as an RTOS does: the task uses the process stack, interrupts use the
+ * main stack. Prints the number of bytes used of the stack of the task. Returns 1 if a check fails. */
 #include <stdint.h>
 #include <stdio.h>
 

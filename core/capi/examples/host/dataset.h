@@ -13,12 +13,13 @@ struct rig {
     double translation[3];
 };
 
-/* Reads both cameras, as those of a guess, and the reference of a set; false, with a message, if it fails. */
+/* Reads the cameras of a set, as a factory calibration whose extrinsics are a guess, and its reference extrinsics.
+ * Returns false, after a message, if this fails. */
 bool dataset_read_meta(const char *set, selfcal_factory_t *factory, struct rig *reference);
 
 enum dataset_pair { DATASET_PAIR, DATASET_END, DATASET_ERROR };
 
-/* Reads pair number `index`, from 0, of at most `room` matches. DATASET_ERROR comes with a message. */
+/* Reads pair number `index`, from 0, with at most `room` matches. Prints a message before it returns DATASET_ERROR. */
 enum dataset_pair dataset_read_pair(const char *set, int index, selfcal_correspondence_t *matches,
                                     size_t room, size_t *count);
 

@@ -16,7 +16,7 @@
 static selfcal_t cal;
 static selfcal_link_t wire;
 
-/* Stands for a flash layer, which keeps the previous record until the new one is written. */
+/* Stands for a flash driver, which keeps the previous record until the new one is written. */
 static uint8_t record[SELFCAL_SNAPSHOT_BYTES];
 
 static size_t read_memory(const char *path)
@@ -49,7 +49,7 @@ static bool start(const char *set, const char *memory, struct rig *reference)
         return false;
     size_t length = read_memory(memory);
     if (length > 0) {
-        /* A refused record is no failure: the rig starts from the factory extrinsics. */
+        /* A refused record is not a failure: the calibrator starts from the factory extrinsics. */
         selfcal_error_t error = selfcal_restore(&cal, record, length);
         fprintf(stderr, "memory: %s\n", error ? selfcal_string(error) : "restored");
     }

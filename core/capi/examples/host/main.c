@@ -68,7 +68,7 @@ static bool calibrate(const char *set)
         case DATASET_PAIR:
             break;
         }
-        /* Refused matches are counted and are no failure; nor is a refused pair. */
+        /* A refused match is not a failure, and a refused pair is not one either. */
         selfcal_outcome_t outcome = {0};
         selfcal_error_t error = selfcal_take_pair(&cal, matches, count, &outcome);
         accepted += print_pair(error, &outcome, pairs, count);

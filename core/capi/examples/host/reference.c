@@ -19,7 +19,7 @@ double baseline_error(const selfcal_extrinsics_t *estimate, const struct rig *re
     return atan2(norm(cross), a[0] * b[0] + a[1] * b[1] + a[2] * b[2]);
 }
 
-/* Axis times angle. An arc cosine would lose small angles. */
+/* Returns axis times angle. Uses atan2, because an arc cosine would lose small angles. */
 static void rotation_vector(const double r[9], double w[3])
 {
     const double axis[3] = {r[7] - r[5], r[2] - r[6], r[3] - r[1]};

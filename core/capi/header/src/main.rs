@@ -9,7 +9,7 @@ use std::{env, fs};
 use anyhow::{Context, Result};
 use cbindgen::{Builder, Config};
 
-/// In the order of the header.
+/// Source files, in the order of their declarations in the header.
 const SOURCES: [&str; 22] = [
     "capacity",
     "error",
@@ -35,7 +35,7 @@ const SOURCES: [&str; 22] = [
     "tracks",
 ];
 
-/// Declarations inside of `c_enum!`, which cbindgen does not expand.
+/// Returns the declarations inside of `c_enum!`, which cbindgen does not expand.
 fn enumerations(source: &str) -> Result<String> {
     let items = syn::parse_file(source)?.items.into_iter();
     let declarations = items.filter_map(|item| match item {

@@ -1,4 +1,5 @@
-//! Errors of the core have the number of an error code, one for each remedy, and every value has a text.
+//! Each error of the core has the number of an error code, errors with the same remedy share a number, and every value
+//! has a text.
 
 use std::collections::BTreeSet;
 use std::ffi::{CStr, c_char};
@@ -110,7 +111,7 @@ fn assert_complete<E: Debug>(name: &str, all: &[E]) {
     assert_eq!(listed.collect::<BTreeSet<_>>(), variants_of_core(name), "{name}");
 }
 
-/// Error codes, which have the numbers of the core.
+/// Error codes of errors of the core; checks that the numbers are equal.
 fn codes<E: Copy + Into<selfcal_error_t>>(
     all: &[E],
     number: impl Fn(&E) -> u16,
@@ -155,7 +156,7 @@ fn every_error_of_the_core_has_an_error_code() {
     ]
     .concat();
     assert!(!all.contains(&SELFCAL_OK) && !all.contains(&SELFCAL_ERROR_UNKNOWN));
-    // Every other error code is one of misuse.
+    // The error codes below 100 are for misuse of the C API.
     let numbers: BTreeSet<i64> = all.iter().map(|code| i64::from(*code as u32)).collect();
     let declared = variants_of_c("selfcal_error_t").into_iter().map(|(_, number)| number);
     assert_eq!(numbers, declared.filter(|number| *number >= 100).collect());
@@ -191,7 +192,8 @@ fn the_other_errors_of_the_link_have_numbers_of_their_own() {
     assert_complete("EncodeError", &ENCODE);
     assert_complete("Damage", &damage);
     assert_complete("ReceiveError", &receive);
-    // Errors of a header that the sender has to correct share a number, and so do scores.
+    // Three errors of a header share a number, because the sender must correct each of them. The error of a score has
+    // the number that `PushError` uses.
     let numbers = [
         HEADER[..4].iter().map(HeaderError::code).collect(),
         ENCODE.map(|error| error.code()).to_vec(),
@@ -206,7 +208,8 @@ fn the_other_errors_of_the_link_have_numbers_of_their_own() {
     assert!(numbers.iter().all(|number| shared.contains(number) || *number >= 1110));
 }
 
-/// Checks that the values of C have the numbers of the core behind the first one, besides those for none or unknown.
+/// Checks that the values of an enumeration of C have the numbers of the core plus an offset. Values of C for none or
+/// unknown have no counterpart in the core.
 fn assert_verdicts<V: Debug + Copy>(names: [&str; 2], all: &[V], numbers: impl Fn(V) -> [u32; 2]) {
     let [core, c] = names;
     assert_complete(core, all);

@@ -1,4 +1,4 @@
-//! Frames through C: the golden vectors byte for byte, their counters, and what is refused.
+//! Frames through C: the test frames in `core/vectors` byte for byte, their counters, and the calls that are refused.
 
 use std::mem::MaybeUninit;
 use std::ptr::{null, null_mut};
@@ -80,7 +80,7 @@ fn frame(header: selfcal_frame_header_t, matches: &[selfcal_correspondence_t]) -
 }
 
 #[test]
-fn the_frames_are_the_golden_vectors() {
+fn the_frames_equal_the_test_frames_of_the_core() {
     assert_eq!(frame(HEADER, &[]), vector("empty"));
     let good = selfcal_frame_header_t { sequence: 1, timestamp_us: 50_000, ..HEADER };
     let other = selfcal_correspondence_t {
@@ -100,14 +100,15 @@ fn the_vectors_are_counted_as_their_text_says() {
         let expected = part.lines().nth(1).unwrap();
         let (mut link, mut cal, bytes) = (Link::new(), Cal::new(), vector(name));
         let mut rest = bytes.as_slice();
-        // Each whole frame is of another image size: refused, and counted.
+        // The image size of each frame differs from the calibrator's: the frame is refused and counted as refused.
         while !rest.is_empty() {
             let (_, used, frame) = link.feed(&mut cal, rest);
             assert_eq!(frame, NONE);
             rest = &rest[used..];
         }
         let mut counters = link.counters();
-        // A frame with damage at its end is refused too, at its header: count whole ones as the text does.
+        // Refused frames do not count as good, and frames that are damaged after their header are refused, too. So both
+        // counts are set to those of the text.
         counters.good = expected
             .split(['{', ','])
             .find_map(|w| w.trim().strip_prefix("good: "))

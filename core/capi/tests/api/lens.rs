@@ -1,4 +1,4 @@
-//! Lens models, their prior and its estimate through C equal those of Rust.
+//! Lens models, the lens prior and the lens estimate through C equal those of Rust.
 
 use stereo_selfcal::{Config, State};
 use stereo_selfcal_capi::selfcal_error_t::*;

@@ -1,4 +1,4 @@
-//! Errors of the lens models that are compensated: cameras and extrinsics stay together.
+//! Compensation of lens errors: the functions use extrinsics with the cameras that they belong to.
 
 use host_tests::data::Dataset;
 use host_tests::synth::{LensErrors, Scene, rig};
@@ -33,7 +33,7 @@ fn compensating(set: &Dataset) -> (Cal, Box<Twin>) {
     twins(set, &tracking(SELFCAL_LENS_TRACKING_COMPENSATE), rust)
 }
 
-/// Relative length of the right focal length in use beyond the given one, and the right camera in use.
+/// Relative excess of the right focal length in use over the given one, and the right camera in use.
 fn in_use(cal: &mut Cal, set: &Dataset) -> (f32, selfcal_camera_t) {
     let used = get!(cal, selfcal_in_use).unwrap();
     let [left, right] = cameras(set);
@@ -41,7 +41,7 @@ fn in_use(cal: &mut Cal, set: &Dataset) -> (f32, selfcal_camera_t) {
     (used.right.focal_px[0] / right.focal_px[0] - 1.0, used.right)
 }
 
-/// Pixel of a ray on the right side, and back.
+/// Pixel of a ray in the right camera in use; checks that the pixel has this ray.
 fn pixel(cal: &mut Cal, ray: [f32; 2]) -> [f32; 2] {
     let [mut pixel, mut back] = [[0.0; 2]; 2];
     // SAFETY: live objects.
@@ -56,7 +56,7 @@ fn pixel(cal: &mut Cal, ray: [f32; 2]) -> [f32; 2] {
     pixel
 }
 
-/// Takes all pairs; how many corrected the lens.
+/// Takes all pairs; returns the number of pairs that corrected the lens.
 fn take_all(cal: &mut Cal, set: &Dataset) -> usize {
     let mut corrected = 0;
     for index in 0..PAIRS {

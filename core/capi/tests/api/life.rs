@@ -1,4 +1,4 @@
-//! A whole run through C is bit-identical to the one through Rust.
+//! A whole run through C is bit-identical to the same run through Rust.
 
 use std::ptr;
 
@@ -56,7 +56,7 @@ pub(crate) fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) 
     );
 }
 
-/// Solves in both, pass by pass.
+/// Solves the batch in both, pass by pass, and compares the outcomes.
 fn solve(cal: &mut Cal, twin: &mut Twin) {
     loop {
         let (ended, c) = advance(cal);
@@ -192,7 +192,7 @@ fn assert_same_rectification(cal: &mut Cal, twin: &Twin, given: &Cameras<f32>) {
     }
 }
 
-/// Applies, undoes and applies again in both.
+/// Applies, undoes twice and applies again in both, and compares the results.
 pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
     let check = |cal: &mut Cal, twin: &Twin, c: Result<selfcal_calibration_t, _>, rust| {
         match rust {
@@ -211,14 +211,14 @@ pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
     check(cal, twin, c, rust);
 }
 
-/// Solves and fuses the batch in both.
+/// Solves and fuses the batch in both, and compares estimate and health.
 pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
     solve(cal, twin);
     assert_same_estimate(cal, twin);
     assert_same_health(cal, twin);
 }
 
-/// Runs both over the whole set; the final state.
+/// Runs both over the whole set, and compares them after each pair; returns the final state.
 pub(crate) fn run(cal: &mut Cal, twin: &mut Twin, set: &Dataset) -> State {
     for index in 0..set.pairs.len() {
         push(cal, twin, set, index);

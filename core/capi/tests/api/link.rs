@@ -1,4 +1,4 @@
-//! Bytes off a wire through C give the same bits as through Rust.
+//! Bytes of a wire give the same bits through C as through Rust.
 
 use std::mem::MaybeUninit;
 
@@ -50,7 +50,7 @@ impl Link {
     }
 }
 
-/// Feeds, with places for results that hold other values before.
+/// Feeds bytes. The places for the results hold other values before the call.
 pub(crate) fn feed(link: *mut selfcal_link_t, cal: *mut selfcal_t, bytes: &[u8]) -> Fed {
     let (mut used, mut frame) = (usize::MAX, selfcal_frame_t { whole: true, ..NONE });
     // SAFETY: live bytes and places; the others are live, or under test.
@@ -83,7 +83,7 @@ fn assert_same_counters(c: &selfcal_link_counters_t, rust: &Counters) {
     );
 }
 
-/// Feeds all of one piece to both; the number of whole frames.
+/// Feeds all bytes of a piece to both, and compares the results; returns the number of whole frames.
 fn feed_both(c: (&mut Link, &mut Cal), rust: (&mut Decoder, &mut Twin), piece: &[u8]) -> usize {
     let ((link, cal), (decoder, twin)) = (c, rust);
     let (mut piece, mut frames) = (piece, 0);

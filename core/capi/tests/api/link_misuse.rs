@@ -17,12 +17,12 @@ use crate::tracks::Joined;
 fn a_link_is_small_and_its_structures_have_no_padding() {
     assert!(size_of::<selfcal_link_t>() == SELFCAL_LINK_STORAGE_SIZE);
     const { assert!(SELFCAL_LINK_STORAGE_SIZE < 256) }
-    // The sum of the fields, so without padding for any compiler.
+    // The size is the sum of the sizes of the fields, so no compiler adds padding.
     assert_eq!(size_of::<selfcal_frame_t>(), 8 + 3 * 4 + 4);
     assert_eq!(size_of::<selfcal_link_counters_t>(), 11 * 4);
 }
 
-/// Calls every function of a link, with valid arguments otherwise.
+/// Calls every function of a link; the other arguments are valid.
 fn every_function(link: *mut selfcal_link_t) -> Vec<(&'static str, selfcal_error_t)> {
     let (mut cal, mut tracks) = (Cal::new(), Joined::new());
     // SAFETY: live objects, except for the link under test.
@@ -57,7 +57,7 @@ fn every_function_refuses_other_storage() {
         (null_mut(), SELFCAL_ERROR_NULL),
         (odd, SELFCAL_ERROR_ALIGNMENT),
         (Link::zeroed().ptr(), SELFCAL_ERROR_NOT_INITIALISED),
-        // A calibrator has another magic.
+        // The name at the start of a calibrator differs.
         (Cal::new().ptr().cast(), SELFCAL_ERROR_NOT_INITIALISED),
     ] {
         for (name, code) in every_function(link) {

@@ -1,5 +1,5 @@
 //! The C functions, called through their C interface.
-#![allow(clippy::borrow_as_ptr, reason = "as C takes an address")]
+#![allow(clippy::borrow_as_ptr, reason = "C code takes addresses in the same way")]
 
 mod codes;
 mod encoder;

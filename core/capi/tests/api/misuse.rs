@@ -18,7 +18,7 @@ pub(crate) static CORRESPONDENCE: selfcal_correspondence_t = selfcal_corresponde
     grid_step_px: 0.0,
 };
 
-/// A place for a result.
+/// A place for a result; it is never freed.
 pub(crate) fn place<T>() -> *mut T {
     Box::leak(Box::<T>::new_uninit()).as_mut_ptr()
 }
@@ -28,7 +28,8 @@ pub(crate) fn four() -> *mut f32 {
     place::<[f32; 4]>().cast()
 }
 
-/// Calls every function of a calibrator, with valid arguments otherwise.
+/// Calls every function of a calibrator. The other arguments are valid, except the records, which the functions check
+/// after the calibrator.
 pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_error_t)> {
     let camera = selfcal_rectified_camera_t { focal_px: 500.0, principal_px: [320.0, 240.0] };
     let range = selfcal_range_t {

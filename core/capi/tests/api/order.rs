@@ -1,4 +1,4 @@
-//! Calls out of order, and arguments of `selfcal_init` that are refused.
+//! Calls in the wrong order, and arguments that `selfcal_init` refuses.
 
 use std::ptr::{null, null_mut};
 
@@ -69,7 +69,7 @@ fn the_batch_is_dropped_by_each_call_that_begins_anew() {
 const EXACT_LENS: selfcal_lens_prior_t =
     selfcal_lens_prior_t { focal: 0.0, principal_px: 0.0, k1: 0.0, p1: 0.0, p2: 0.0, yaw_rad: 0.0 };
 
-/// Initialises; the code, and whether the storage has been written.
+/// Initialises a calibrator; returns the code, and whether the storage is initialised.
 fn init(config: &selfcal_config_t, factory: &selfcal_factory_t) -> (selfcal_error_t, bool) {
     let mut cal = Cal::zeroed();
     // SAFETY: live objects, and storage of that size.

@@ -112,7 +112,7 @@ fn a_restore_drops_the_batch() {
 #[test]
 fn factory_values_are_bit_identical_after_a_restart() {
     let set = recorded();
-    // Rounded numbers, which are made orthonormal.
+    // Rounded numbers: the library makes the rotation orthonormal and normalises t.
     let extrinsics = selfcal_extrinsics_t {
         rotation: [0.9998, 0.02, 0.0, -0.02, 0.9998, 0.0, 0.0, 0.0, 1.0],
         translation: [-0.12, 0.001, 0.0],
@@ -138,7 +138,7 @@ fn factory_values_are_bit_identical_after_a_restart() {
     assert_eq!(to_record(&found), made);
     let mut next = Cal::made(None, &found);
     assert_eq!(restore(&mut next, &learnt), SELFCAL_OK, "of the same rig, bit for bit");
-    // The record rounds the estimate to its numbers.
+    // The record stores R as a rotation vector, so R is the same only to rounding.
     let [new, old] = [&mut next, &mut cal].map(|c| get!(c, selfcal_in_use).unwrap().extrinsics);
     assert_eq!(new.translation.map(f32::to_bits), old.translation.map(f32::to_bits));
     let apart = new.rotation.iter().zip(old.rotation).map(|(a, b)| (a - b).abs());

@@ -33,7 +33,7 @@ fn pointers_are_checked_first() {
     }
 }
 
-/// A record with one byte changed and a right checksum.
+/// A record with one byte changed and a correct checksum.
 fn resealed(record: &[u8], at: usize, byte: u8) -> Vec<u8> {
     let mut record = record.to_vec();
     record[at] = byte;
@@ -59,7 +59,7 @@ fn a_record_of_another_kind_returns_its_error_and_changes_nothing() {
         (&[&kept[..], &[0]].concat(), SELFCAL_ERROR_RECORD_DAMAGED),
         (&factory, SELFCAL_ERROR_RECORD_FOREIGN),
         (&resealed(&kept, 4, 99), SELFCAL_ERROR_RECORD_LAYOUT),
-        // The highest byte of the first number, of the turn in use.
+        // The highest byte of the first number of the turn of `R` in use.
         (&resealed(&kept, 23, 0x7f), SELFCAL_ERROR_RECORD_ABSURD),
     ] {
         refused(&mut cal, code, |cal| {

@@ -42,7 +42,7 @@ impl Cal {
     }
 }
 
-/// Calls a function with one result: the result, or the error.
+/// Calls a function with one result; returns the result, or the error.
 macro_rules! get {
     ($cal:expr, $function:ident $(, $argument:expr)*) => {{
         let mut out = std::mem::MaybeUninit::zeroed();
@@ -88,7 +88,7 @@ pub(crate) fn cameras(set: &Dataset) -> [selfcal_camera_t; 2] {
     [(&left).into(), (&right).into()]
 }
 
-/// The cameras of a data set side by side, a guess.
+/// Factory calibration of a data set: its cameras, and a guess of the extrinsics, side by side.
 pub(crate) fn factory(set: &Dataset) -> selfcal_factory_t {
     (&FactoryCalibration::guess(set.cameras().unwrap())).into()
 }
@@ -99,12 +99,12 @@ pub(crate) fn defaults() -> selfcal_config_t {
     unsafe { MaybeUninit::zeroed().assume_init() }
 }
 
-/// That of the paper preset.
+/// A configuration of the paper preset with defaults.
 pub(crate) fn paper() -> selfcal_config_t {
     selfcal_config_t { preset: selfcal_preset_t::SELFCAL_PRESET_PAPER as u32, ..defaults() }
 }
 
-/// Health, or the error, and the cause.
+/// The health or the error, and the cause.
 pub(crate) fn health(
     cal: &mut Cal,
 ) -> (Result<selfcal_health_t, selfcal_error_t>, selfcal_cause_t) {
@@ -116,7 +116,7 @@ pub(crate) fn health(
     (if code == SELFCAL_OK { Ok(unsafe { health.assume_init() }) } else { Err(code) }, cause)
 }
 
-/// Takes a step: whether the pair has ended, and its outcome or error.
+/// Takes a step of a pair; returns whether the pair has ended, and its outcome or error.
 pub(crate) fn advance(cal: &mut Cal) -> (bool, Result<selfcal_outcome_t, selfcal_error_t>) {
     let (mut ended, mut outcome) = (false, MaybeUninit::zeroed());
     // SAFETY: live objects; zeros are no outcome, and are not read before one is written.
@@ -161,7 +161,7 @@ pub(crate) fn pair(
     (c.collect(), rust.collect())
 }
 
-/// A locked calibrator with a batch.
+/// A locked calibrator after five pairs; the last pair is still in the batch.
 pub(crate) fn at_work() -> Cal {
     let set = recorded();
     let mut cal = Cal::of(&set, None);

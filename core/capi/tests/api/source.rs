@@ -1,4 +1,4 @@
-//! Enumerations and functions as the sources declare them, so that a test cannot miss a new one.
+//! Enumerations and functions as the sources declare them, so that the tests notice a new one.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -20,13 +20,13 @@ fn items(of: &str) -> Vec<Item> {
     sources.into_iter().flat_map(parse).collect()
 }
 
-/// The variants of every enum, with their numbers where they have one.
+/// The variants of every enum, with their numbers if they have explicit ones.
 type Enums = BTreeMap<String, Vec<(String, Option<i64>)>>;
 
-/// Those of the core, parsed once.
+/// Enums of the core, parsed once.
 static CORE: LazyLock<Enums> = LazyLock::new(|| enums("../src"));
 
-/// Those of the C API, parsed once.
+/// Enums of the C API, parsed once.
 static C: LazyLock<Enums> = LazyLock::new(|| enums("src"));
 
 fn enums(of: &str) -> Enums {

@@ -112,7 +112,7 @@ fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage()
     assert_eq!(get!(cal, selfcal_in_use).map(|used| used.generation), Ok(0));
 }
 
-/// With a comma before the thousands.
+/// A size as the documents write it: with a comma after the thousands.
 fn stated(size: usize) -> String {
     if size < 1000 { size.to_string() } else { format!("{},{:03}", size / 1000, size % 1000) }
 }

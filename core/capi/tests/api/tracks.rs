@@ -1,4 +1,4 @@
-//! Tracked frames through C are joined as through Rust.
+//! Tracked frames give the same joined matches through C as through Rust.
 
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
@@ -52,7 +52,7 @@ fn feed(
     (code, used, frame)
 }
 
-/// A frame whose matches have their number as track.
+/// A frame in which the track of each match is its position, from 1.
 fn frame(sequence: u32) -> Vec<u8> {
     let set = recorded();
     let pair = &set.pairs[usize::try_from(sequence).unwrap() % set.pairs.len()];

@@ -1,4 +1,4 @@
-//! Applying estimates: when it is refused, and how it is undone.
+//! Application of estimates: when it is refused, and how it is undone.
 
 use crate::api::disturbed::garbage;
 use crate::api::presets::{calibrated, robust};
@@ -36,7 +36,7 @@ fn only_a_locked_estimate_is_applied() {
         (&applied.extrinsics, 1)
     );
 
-    // A knock that is not yet confirmed.
+    // After a knock, which is not confirmed yet.
     let knocked = [1.3, -0.5, 0.8];
     feed(&mut calibrator, knocked, 10..11);
     assert_eq!(calibrator.apply(), Err(ApplyError::NotLocked(State::Suspect)));

@@ -80,7 +80,7 @@ fn no_correspondence_enters_while_a_pair_is_being_solved() {
     assert_eq!(calibrator.push(&at([9.0, 9.0], [5.0, 9.0])), Ok(Pushed::Kept));
 }
 
-/// Pushes, expects the solver to refuse, and the rest to be as before.
+/// Checks that the solver refuses the matches, and that this does not change the estimate and the calibration in use.
 fn refuses_pair(matches: impl IntoIterator<Item = Correspondence<f32>>, expected: Rejection) {
     let mut calibrator = fused();
     for c in matches {
@@ -109,7 +109,7 @@ fn one_point_many_times_is_unobservable() {
 
 #[test]
 fn points_on_one_line_are_unobservable() {
-    // Columns, rows and disparities all linear along the line.
+    // Columns, rows and disparities change linearly along the line.
     let line = (0..200_u8).map(|i| {
         let s = f32::from(i);
         at([400.0 + 4.0 * s, 200.0 + 3.0 * s], [360.0 + 3.8 * s, 200.0 + 3.0 * s])
@@ -127,7 +127,7 @@ fn points_at_infinity_are_never_fused_by_the_paper_preset_with_or_without_noise(
     // The disparities consist of noise only.
     let mut calibrator = calibrator::<f32>();
     for seed in 0..50 {
-        // A rare draw looks like a baseline far from the factory extrinsics.
+        // The noise of some pairs looks like a baseline far from the factory extrinsics.
         let refused = matches!(
             take(&mut calibrator, &noisy_infinity(seed)),
             Err(Rejection::CorrectionLimit | Rejection::Unobservable)
@@ -145,7 +145,7 @@ fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was()
         take(&mut calibrator, &noisy_infinity(seed)).unwrap();
         let proposal = calibrator.proposal().unwrap();
         assert!(!proposal.baseline_observed, "{seed}");
-        // The deviation of the prior alone: 0.1 rad about both axes.
+        // The pairs do not reduce the standard deviation of the prior, which is 0.1 rad about each of two axes.
         assert!(proposal.sd.translation > 0.9 * 0.1 * 2.0_f32.sqrt(), "{seed}: {:?}", proposal.sd);
         if calibrator.state() == State::Locked {
             let applied = calibrator.apply().unwrap();
@@ -157,7 +157,7 @@ fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was()
     assert!(off.rotation < 1e-4, "{off:?}");
 }
 
-/// Points at infinity, noise of 0.4 px on the right.
+/// Points at infinity, with noise of 0.4 px RMS in the right image.
 fn noisy_infinity(seed: u64) -> Vec<Correspondence<f32>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut noisy = |x: f32, last: f32| (x + rng.random_range(-0.7..0.7)).clamp(0.0, last);
@@ -170,7 +170,7 @@ fn noisy_infinity(seed: u64) -> Vec<Correspondence<f32>> {
 }
 
 #[test]
-fn points_at_infinity_tell_a_locked_rig_of_its_rotation_and_nothing_of_its_baseline() {
+fn points_at_infinity_improve_the_rotation_of_a_locked_rig_and_not_its_baseline() {
     let mut calibrator = robust::<f32>();
     for seed in 0..5 {
         let scene = correspondences(&Extrinsics::SIDE_BY_SIDE, 200, 0.5, seed);
@@ -184,14 +184,14 @@ fn points_at_infinity_tell_a_locked_rig_of_its_rotation_and_nothing_of_its_basel
     assert!(after.baseline_observed);
     let moved = Deviation::between(&after.extrinsics, &before.extrinsics);
     assert!(moved.translation < 0.5 * before.sd.translation, "{moved:?} {:?}", before.sd);
-    // A better `R` narrows `t` of the near pairs by this factor at most.
+    // A better `R` also makes the `t` of the near pairs more certain, by this factor at most.
     assert!(after.sd.translation > 0.7 * before.sd.translation, "{after:?}");
     assert!(after.sd.rotation < 0.7 * before.sd.rotation, "{after:?}");
 }
 
 #[test]
 fn rays_behind_the_rectified_plane_are_skipped_and_counted() {
-    // 84 degrees off axis in a very wide camera; the rig turns the left camera by 8 degrees.
+    // A very wide left camera sees these points 84 degrees off axis, and the rectification turns it by 8 degrees.
     let mut wide = cameras::<f32>();
     let intrinsics = Intrinsics { focal: [100.0; 2], ..*wide.left.intrinsics() };
     wide.left = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();

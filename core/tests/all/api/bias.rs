@@ -15,7 +15,7 @@ fn scene(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<f32>> {
     correspondences(&rig(rotation, BASELINE), 250, 0.5, seed)
 }
 
-/// Rows rounded to whole pixels.
+/// The matches with their coordinates rounded to whole pixels.
 fn rounded(mut matches: Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>> {
     for c in &mut matches {
         (c.left, c.right) = (c.left.map(f32::round), c.right.map(f32::round));
@@ -24,7 +24,7 @@ fn rounded(mut matches: Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>> {
     matches
 }
 
-/// Whether nothing in the matches speaks against the estimate.
+/// Whether no reason doubts the matches.
 fn is_undoubted(reasons: Reasons) -> bool {
     let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves, Reason::Axis];
     doubts.into_iter().all(|doubt| !reasons.contains(doubt))
@@ -32,7 +32,7 @@ fn is_undoubted(reasons: Reasons) -> bool {
 
 #[test]
 fn rows_rounded_to_whole_pixels_leave_the_estimate_unbiased() {
-    // Almost rectified: the row offsets gather at a few whole numbers.
+    // The rig is almost rectified, so the row offsets have only a few whole values.
     let truth = [0.01, 0.0, 0.01];
     let rectified = RectifyingRotations::from(&rig::<f32>(truth, [0.02, 0.01]));
     let mut calibrator = robust::<f32>();
@@ -46,11 +46,11 @@ fn rows_rounded_to_whole_pixels_leave_the_estimate_unbiased() {
     let covariance = proposal.covariance.unwrap();
     let deviations = off.component_div(&covariance.diagonal().map(f32::sqrt));
     assert!(deviations.amax() < 3.5, "{deviations} {proposal:?}");
-    // A row offset of 0.25 px at half a pixel of pitch would give 2e-4 rad.
+    // A bias of 0.25 px in the row offset would give 2e-4 rad of pitch.
     assert!(off.x.abs() < 5e-5, "{off}");
 }
 
-/// Matches of the left half of the image are too low by that much in the right image.
+/// A pair in which the matches of the left half of the image are too low by `bias_px` in the right image.
 fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut matches = scene(ROTATION, seed);
     for c in matches.iter_mut().filter(|c| c.left[0] < 960.0) {
@@ -59,7 +59,7 @@ fn biased(bias_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     matches
 }
 
-/// A calibrator with an exact lens prior: disagreeing image halves block the estimate.
+/// A calibrator with exact lens models: disagreeing image halves forbid to apply the estimate.
 fn exact_lens() -> Calibrator<f32, 256> {
     with(Config::robust().without_lens_prior())
 }
@@ -123,7 +123,7 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
             seen += 1;
             let applied = calibrator.apply().unwrap();
             assert_eq!(applied.extrinsics.translation(), factory.translation());
-            // Half a pixel and less, although the baseline is 0.1 degrees off.
+            // The row offset stays below half a pixel, although the baseline is off by 0.1 degrees.
             let health = calibrator.health().unwrap();
             assert!(health.in_use_px < 0.5 && health.may_arm(), "{health:?}");
         }
@@ -131,7 +131,7 @@ fn where_halves_disagree_a_little_the_baseline_in_use_is_kept_and_the_rotation_f
     assert!(seen > 0);
 }
 
-/// A pair of 250 matches, of which so many are shifted so far across the rows, as on a fence.
+/// A pair of 250 matches, as with a fence: the first `matches` are shifted by `across_px` across the rows.
 pub(crate) fn fence(matches: usize, across_px: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut all = scene(ROTATION, seed);
     for c in all.iter_mut().take(matches) {
@@ -149,7 +149,7 @@ fn the_larger_of_two_crowds_of_matches_is_the_scene() {
         }
         let proposal = calibrator.proposal().unwrap();
         let off = Deviation::between(&proposal.extrinsics, &rig(ROTATION, BASELINE));
-        // The fence is 2 mrad of pitch off, and poses between the two crowds 0.9.
+        // The pose of the shifted matches is off by 2 mrad of pitch, and poses between the two crowds by 0.9 mrad.
         assert!(off.rotation < 3e-4, "{matches}: {off:?}");
         assert_eq!(proposal.state, State::Locked, "{matches}");
         assert!(is_undoubted(proposal.reasons()), "{matches}");
@@ -168,7 +168,7 @@ fn poses_between_two_crowds_are_not_fused() {
             fill(&mut calibrator, &fence(shifted, 3.0, seed));
             let outcome = calibrator.solve_pair();
             let Some(pair) = outcome.pair.filter(|_| outcome.fused.is_ok()) else { continue };
-            // The noise of a coordinate is 0.35 px; between the crowds residuals are 1 px.
+            // The noise of a coordinate is 0.35 px. At a pose between the crowds the residuals are 1 px.
             between += u32::from(pair.noise_px > 0.7);
             of_scene += u32::from(Deviation::between(&pair.extrinsics, &truth).rotation < 1.2e-3);
         }
@@ -181,7 +181,7 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     let mut calibrator = robust::<f32>();
     let before = calibrator.in_use().extrinsics;
     for seed in 0..12 {
-        // Some pairs have no solution.
+        // Some of these pairs cannot be solved.
         let _ = take(&mut calibrator, &fence(122, 3.0, seed));
         assert!(calibrator.apply().is_err(), "{seed}");
     }
@@ -193,7 +193,7 @@ fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     if proposal.state == State::Locked {
         assert_eq!(calibrator.apply(), Err(ApplyError::Doubtful));
     }
-    // A loss of power does not hide the crowd.
+    // The second crowd is known after a loss of power.
     let record = calibrator.snapshot();
     let mut calibrator = robust::<f32>();
     calibrator.restore(&record).unwrap();

@@ -1,4 +1,4 @@
-//! Wrong lens models, and their compensation.
+//! Compensation of wrong lens models.
 
 use crate::api::depth::NONE;
 use crate::api::lens::pair;
@@ -91,7 +91,7 @@ fn extrinsics_never_go_with_the_cameras_of_another_lens() {
     let first = *corrected.first().unwrap();
     let mut calibrator: Tested = with(COMPENSATE);
     drive(&mut calibrator, 0.003, 0.0, 0..first + 1);
-    // The estimate restarts; the calibration in use stays, with the cameras that it was found with.
+    // The estimate restarts. The calibration in use stays, with the cameras that belong to it.
     let before = calibrator.in_use();
     assert_eq!(before.cameras, cameras());
     assert!(off(&before.extrinsics).translation > 5e-3, "that of the given lens");
@@ -117,7 +117,7 @@ fn extrinsics_never_go_with_the_cameras_of_another_lens() {
 
 #[test]
 fn a_changed_left_lens_is_covered_by_the_deviations() {
-    // A left lens that is shorter by as much gives the same rows.
+    // A shorter left focal length gives the same rows as a longer right one.
     let mut calibrator: Tested = with(COMPENSATE);
     for seed in 0..100 {
         let mut matches = pair(0.0, 0.0, seed);
@@ -177,7 +177,7 @@ fn a_record_of_corrected_cameras_is_refused_where_the_configuration_only_reports
     assert_ne!(compensating.in_use().cameras, cameras());
     refused(&compensating);
 
-    // The calibration in use belongs to the given cameras; the rays do not.
+    // The calibration in use belongs to the given cameras, but the rays belong to corrected ones.
     let mut compensating = with(COMPENSATE);
     drive(&mut compensating, 0.003, 0.0, 0..corrected + 1);
     assert_eq!(compensating.in_use().cameras, cameras());
@@ -198,7 +198,7 @@ fn correction(calibrator: &Tested) -> f32 {
     translation.max(rotation)
 }
 
-/// A factory calibration with a changed baseline only.
+/// A calibrator whose factory calibration differs from the true rig only in the baseline.
 fn with_factory(config: Config) -> Tested {
     Tested::new(config, &FactoryCalibration::new(cameras(), rig([1.0, -0.5, 0.8], [0.0, 0.0])))
 }
@@ -241,7 +241,7 @@ fn witnesses_see_the_corrected_lens() {
         let proposed = calibrator.proposal().unwrap().extrinsics;
         rotations.unknowns_to(&RectifyingRotations::from(&proposed)).y
     };
-    // Points at the sides: the lens as given misses their disparity by 1 %.
+    // Points at the sides of the image, whose disparities the given lens changes most.
     let sides = last.iter().filter(|c| (c.right[0] - 960.0).abs() > 500.0);
     for c in sides.take(5) {
         let rays = corrected.rays(c).unwrap();
@@ -257,7 +257,7 @@ fn witnesses_see_the_corrected_lens() {
             assert!(yaw(&read).abs() < 3e-4, "{right:?}: {}", yaw(&read));
         }
     }
-    // Rays of the cameras as given.
+    // Rays in the cameras as given, which the witness corrects.
     let given = |rays: RayPair<f32>| {
         RayPair::try_new(rays.left(), rays.right().map(|x| x * (1.0 + focal))).unwrap()
     };

@@ -1,4 +1,4 @@
-//! A pair counts once for every way to take, begin or send it.
+//! A pair counts once, whatever the way in which it is taken, begun or sent.
 
 use crate::api::presets::robust;
 use crate::api::scene::{correspondences, fill, rig, take};
@@ -23,13 +23,13 @@ const WAYS: [Way; 4] = [
         }
         calibrator.solve_pair()
     },
-    // In slices, the last ones at once.
+    // First pass by pass, and then the other passes at once.
     |calibrator, matches| {
         fill(calibrator, matches);
         assert_eq!([(); 2].map(|()| calibrator.advance_pair()), [None; 2]);
         calibrator.solve_pair()
     },
-    // Another pair is discarded for it.
+    // While another pair is being solved, which is discarded.
     |calibrator, matches| {
         fill(calibrator, &scene(99));
         assert_eq!(calibrator.advance_pair(), None);
@@ -43,7 +43,7 @@ fn every_way_to_take_a_pair_counts_it_once_and_with_the_same_bits() {
         let mut calibrator = robust();
         for seed in 0..8 {
             assert_eq!(take(&mut calibrator, &scene(seed)).fused, Ok(Fused::Added), "{seed}");
-            // Its matches belong to no second pair.
+            // The matches of the pair are not solved again.
             assert!(calibrator.clone().solve_pair().fused.is_err());
         }
         let proposal = calibrator.proposal().unwrap();
@@ -62,7 +62,7 @@ fn a_pair_that_is_begun_and_not_fused_is_not_remembered() {
     }
     fill(&mut calibrator, &scene(7));
     assert_eq!(calibrator.advance_pair(), None);
-    // The last fused pair comes again.
+    // A copy of the last fused pair.
     assert_eq!(take(&mut calibrator, &scene(5)), Ok(Fused::Repeated));
     assert_eq!(take(&mut calibrator, &scene(7)), Ok(Fused::Added));
     assert_eq!(calibrator.proposal().unwrap().pairs, 7);

@@ -1,4 +1,4 @@
-//! Row errors `a x y` that the lens leaves do not bend the yaw that depth needs.
+//! Row errors `a x y` of the lenses do not change the yaw of the mount, which depth needs.
 
 use crate::api::presets::robust;
 use crate::api::scene::{cameras, correspondences, rig, take};
@@ -24,7 +24,7 @@ pub(crate) fn knocked<T: Scalar>([x, y, z]: Knock) -> Extrinsics<T> {
     rig([ROTATION[0] + x, ROTATION[1] + y, ROTATION[2] + z], BASELINE)
 }
 
-/// A pair whose right rows are off by `a x y`.
+/// A pair whose right rows are off by `a x y`, at unit depth.
 pub(crate) fn warped(of: Knock, a: f32, seed: u64) -> Vec<Correspondence<f32>> {
     let mut pair = correspondences::<f32>(&knocked(of), 250, 0.5, seed);
     for c in &mut pair {
@@ -45,20 +45,20 @@ pub(crate) fn made() -> FactoryCalibration<f32> {
 
 pub(crate) fn run(calibrator: &mut Tested, of: Knock, a: f32, seeds: core::ops::Range<u64>) {
     for seed in seeds {
-        // A knock is followed from the third pair on.
+        // The first two pairs after a knock are not applied.
         let _ = take(calibrator, &warped(of, a, seed));
         let _ = calibrator.apply();
     }
 }
 
-/// Unknowns from the true rig to the extrinsics in use, rad.
+/// Difference of the extrinsics in use from the true rig, in the five unknowns, rad.
 pub(crate) fn off(calibrator: &Tested, of: Knock) -> Vector5<f32> {
     let truth = knocked(of);
     let [truth, in_use] = [&truth, &calibrator.in_use().extrinsics].map(RectifyingRotations::from);
     truth.unknowns_to(&in_use)
 }
 
-/// The range of a match on the true rig, without noise, times a factor.
+/// A reading of the true depth of a match, times a factor.
 pub(crate) fn reading(of: Knock, c: &Correspondence<f32>, factor: f32) -> RangeReading<f32> {
     let rays = cameras::<f32>().rays(c).unwrap();
     let rotations = RectifyingRotations::<f32>::from(&knocked(of));
@@ -88,7 +88,7 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
         assert!((health.corner_px - corner).abs() < 0.3, "{a}: {health}");
         let named = format!("lens: rows off by {:.1} px", health.corner_px);
         assert!(health.to_string().contains(&named), "{named}: {health}");
-        // Rows alone put it into the yaw.
+        // Without the factory yaw, the row error goes into the yaw.
         let mut rows = Tested::new(Config::robust(), &made().without_yaw());
         run(&mut rows, NONE, a, 0..12);
         assert!((off(&rows, NONE).y - a).abs() < 6e-4, "{a}: {}", off(&rows, NONE));

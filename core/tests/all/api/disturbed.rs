@@ -6,7 +6,7 @@ use stereo_selfcal::{Correspondence, Scalar};
 
 use crate::api::scene::SIZE;
 
-/// Replaces one right point in so many by that of another match.
+/// Gives one match in `one_in` the right point of another match.
 pub(crate) fn with_outliers<T: Scalar>(
     mut all: Vec<Correspondence<T>>,
     one_in: usize,
@@ -18,7 +18,7 @@ pub(crate) fn with_outliers<T: Scalar>(
     all
 }
 
-/// Outliers only: both points anywhere.
+/// Only outliers: both points are anywhere in the image.
 pub(crate) fn garbage<T: Scalar>(n: usize, seed: u64) -> Vec<Correspondence<T>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let [width, height] = SIZE.map(|n| f64::from(n) - 1.0);
@@ -30,7 +30,7 @@ pub(crate) fn garbage<T: Scalar>(n: usize, seed: u64) -> Vec<Correspondence<T>> 
     (0..n).map(|_| one()).collect()
 }
 
-/// Every coordinate moved by uniform noise of `noise_px`, within the image.
+/// The scene with every coordinate moved by uniform noise of +-`noise_px`, within the image.
 pub(crate) fn jittered<T: Scalar>(
     scene: &[Correspondence<T>],
     noise_px: f64,

@@ -10,13 +10,13 @@ use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Calibrator, Correspondence, Reason, State};
 use test_support::runs;
 
-/// Turn from the factory extrinsics, 1.4 degrees; `t` is half a degree off.
+/// True rotation, degrees: 1.4 degrees from the factory `R`. The true `t` is half a degree from the factory `t`.
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
 const BASELINE: [f64; 2] = [0.4, -0.3];
 
 type Rig = Calibrator<f32, 256>;
 
-/// Matches 1000 to 10000 baselines away, one in so many an outlier, in random order.
+/// `n` matches 1000 to 10,000 baselines away, in random order. One match in `one_in` is an outlier.
 fn far(n: usize, one_in: usize, seed: u64) -> Vec<Correspondence<f32>> {
     let rig = rig(ROTATION, BASELINE);
     let matches = correspondences_within(&rig, [1000.0, 10_000.0], n, 0.5, seed);
@@ -45,7 +45,7 @@ fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
     assert!(off(&calibrator).rotation < 4.0 * sd.rotation && sd.rotation < 2e-4, "{sd:?}");
     let applied = calibrator.apply().unwrap().extrinsics;
     assert_eq!(applied.translation(), factory.translation());
-    // `R` of the best fit with this `t`; in far scenes any `t` gives the same.
+    // The applied `R` is the best one for this `t`. In far scenes it is nearly the same for any `t`.
     let rotation = Deviation::between(&applied, &rig(ROTATION, BASELINE)).rotation;
     assert!(rotation < 4.0 * sd.rotation, "{rotation} {sd:?}");
 }
@@ -65,7 +65,7 @@ fn a_near_scene_observes_the_baseline_and_applies_it() {
 
 #[test]
 fn few_near_points_before_a_far_scene_determine_the_baseline() {
-    // Some runs take long: 233 of 400 observe the baseline after 30 pairs, 98 of 100 after 150.
+    // Some runs take many pairs: 233 of 400 runs observe the baseline after 30 pairs, and 98 of 100 after 150.
     let observes = |run: &u64| {
         let mut calibrator = robust::<f32>();
         let mut fused = 0;
@@ -98,7 +98,7 @@ fn outliers_before_a_far_scene_do_not_observe_the_baseline() {
     }
 }
 
-/// Outliers in the first half of every `period` places.
+/// The matches with outliers in the first half of every `period` consecutive ones.
 fn at_regular_places(
     mut matches: Vec<Correspondence<f32>>,
     period: usize,
@@ -109,7 +109,7 @@ fn at_regular_places(
     matches
 }
 
-/// Runs of 40 pairs in which a pair observes a baseline, or which do not lock.
+/// Number of runs of 40 far pairs that at some time observe the baseline, or do not lock.
 fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>>) -> usize {
     let truth = rig(ROTATION, BASELINE);
     let observes = |run: &u64| {
@@ -127,8 +127,8 @@ fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Corresponden
 
 #[test]
 fn outliers_at_regular_places_of_a_far_scene_do_not_observe_the_baseline() {
-    // A survey reads one match of each of 32 parts; a part is as long as the period. A step of a track reads half of
-    // the matches.
+    // A survey reads one match of each of 32 parts, and each part is as long as the period. A step of a track reads
+    // half of the matches.
     let mut runs: Vec<_> = (2..=8)
         .map(|period| misled(32 * period, |matches| at_regular_places(matches, period)))
         .collect();

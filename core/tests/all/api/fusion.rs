@@ -1,4 +1,4 @@
-//! Many pairs: the incremental sums against the batch formulas, and their limits.
+//! Fusion of many pairs in the published method: the incremental sums against the formulas over all pairs at once.
 
 use crate::api::presets::calibrator;
 use crate::api::scene::{correspondences, rig};
@@ -54,7 +54,7 @@ fn median(mut angles: Vec<f64>) -> f64 {
 }
 
 #[test]
-fn incremental_sums_are_the_batch_formulas() {
+fn incremental_sums_equal_the_batch_formulas() {
     let reports = reports::<f64>(FAR_FROM_IDENTITY, 31);
     for (central, expected) in
         [(Central::Mean, batch(&reports, mean)), (Central::Median, batch(&reports, median))]
@@ -105,7 +105,7 @@ fn fusing_a_million_equal_pairs_moves_nothing() {
 }
 
 #[test]
-fn a_million_pairs_in_f32_are_those_in_f64() {
+fn a_million_pairs_in_f32_give_the_estimate_of_f64() {
     let cycle = 100;
     let singles = reports::<f32>(FAR_FROM_IDENTITY, cycle);
     let mut fusion = MeanDirection::new(Central::Mean);

@@ -17,7 +17,7 @@ fn scene(seed: u64) -> Vec<Correspondence<f32>> {
     correspondences(&rig(ROTATION, BASELINE), 250, 0.5, seed)
 }
 
-/// The calibrator after `pairs` of the rig, the last one still in the batch.
+/// The calibrator after `pairs` pairs of the rig; the last pair is still in the batch.
 fn after(pairs: u64) -> Calibrator<f32, 256> {
     let mut calibrator = robust();
     for seed in 0..pairs {
@@ -36,14 +36,14 @@ fn health_needs_an_estimate_and_matches_that_fit_it() {
 }
 
 #[test]
-fn the_band_follows_what_is_in_use() {
+fn the_band_rates_the_extrinsics_in_use() {
     let mut calibrator = after(6);
     assert_eq!(calibrator.health().unwrap().band, Band::Recalibrate);
     calibrator.apply().unwrap();
     let health = calibrator.health().unwrap();
     assert_eq!((health.band, health.in_use_px), (Band::Good, health.proposed_px));
 
-    // The pitch is off by half a pixel.
+    // The pitch of the factory extrinsics is off by 0.02 degrees: half a pixel.
     let [x, y, z] = ROTATION;
     let mut calibrator = calibrated(rig([x + 0.02, y, z], BASELINE));
     for seed in 0..6 {
@@ -55,7 +55,7 @@ fn the_band_follows_what_is_in_use() {
 }
 
 #[test]
-fn arming_says_why_not() {
+fn health_says_why_a_rig_may_not_arm() {
     let mut calibrator = after(2);
     let health = calibrator.health().unwrap();
     assert!(health.reasons.contains(Reason::NotLocked) && !health.may_arm());
@@ -68,7 +68,7 @@ fn arming_says_why_not() {
     calibrator.apply().unwrap();
     assert!(calibrator.health().unwrap().may_arm());
 
-    // A knock shows at once.
+    // The first pair after a knock forbids arming.
     let [x, y, z] = ROTATION;
     let knocked = rig([x + 0.3, y, z], BASELINE);
     take(&mut calibrator, &correspondences(&knocked, 250, 0.5, 10)).unwrap();
@@ -90,7 +90,7 @@ fn noise_alone_does_not_disarm_but_a_row_offset_does() {
     for (factory, arms) in [(x, true), (x + 0.1, false)] {
         let mut calibrator = calibrated(rig([factory, y, z], BASELINE));
         for seed in 0..6 {
-            // Uniform up to 3.5 px: a deviation of 2 px.
+            // Uniform noise of +-3.5 px has a standard deviation of 2 px.
             let matches = correspondences(&rig(ROTATION, BASELINE), 250, 3.5, seed);
             take(&mut calibrator, &matches).unwrap();
         }
@@ -170,14 +170,14 @@ fn the_weakest_direction_is_the_largest_of_the_covariance_and_in_a_narrow_band_a
     }
     let proposal = calibrator.proposal().unwrap();
     let (direction, sd) = proposal.weakest().unwrap();
-    // Both move rows by the product of coordinates, which is small everywhere.
+    // Both directions move rows by the product of column and row, which is small everywhere in a narrow band.
     assert!(matches!(direction, Direction::Yaw | Direction::BaselineForward));
     let largest = |covariance: Option<Matrix5<f32>>| {
         covariance.unwrap().map(f64::from).symmetric_eigen().eigenvalues.max().sqrt()
     };
     let with_lens = largest(proposal.covariance_lens);
     assert!((f64::from(sd) / with_lens - 1.0).abs() < 0.01, "{sd} {with_lens}");
-    // Rows over the whole image know that direction far better; neither deviation includes the lens.
+    // Matches over the whole image determine this direction far better. The two deviations do not include the lens.
     let whole = largest(after(8).proposal().unwrap().covariance);
     let sd = largest(proposal.covariance);
     assert!(whole < 0.5 * sd, "{whole} {sd}");
@@ -220,7 +220,7 @@ fn reasons_name_what_speaks_against_a_calibration_also_where_it_may_arm() {
     }
     assert_eq!(of(&calibrator).iter().collect::<Vec<_>>(), [Reason::Misaligned, Reason::Yaw]);
     calibrator.apply().unwrap();
-    // A rig without a factory calibration.
+    // The rig has no factory calibration, so its yaw is not confirmed.
     assert_eq!(of(&calibrator).iter().collect::<Vec<_>>(), [Reason::Yaw]);
 
     take(&mut calibrator, &scene(5)).unwrap();

@@ -36,7 +36,10 @@ fn rows_coincide_and_disparity_is_positive_under_the_homographies() {
     }
 }
 
-/// Whether the camera sees the rectified pixel.
+/// Whether a camera sees a rectified pixel.
+///
+/// * `r`: rectifying rotation of the camera.
+/// * `k`: rectified camera.
 fn seen(camera: &Camera<f64>, r: &Matrix3<f64>, k: &RectifiedCamera<f64>, pixel: [f64; 2]) -> bool {
     let [cx, cy] = k.principal;
     let [u, v] = pixel;

@@ -1,4 +1,4 @@
-//! Wrong lens models, and the trust in them.
+//! Wrong lens models: their estimate, and the deviations with the lens uncertain.
 
 use crate::api::presets::{robust, with};
 use crate::api::scene::{correspondences, rig, take};
@@ -17,12 +17,15 @@ fn single() -> Extrinsics<f32> {
     rig([1.0, -0.5, 0.8], [0.5, -0.4])
 }
 
-/// A pair whose right camera has a longer focal length than given, relative, and more distortion.
+/// A pair whose right camera has another lens than given.
+///
+/// * `focal`: relative error of the focal length.
+/// * `k1`: error of the radial coefficient.
 pub(crate) fn pair(focal: f32, k1: f32, seed: u64) -> Vec<Correspondence<f32>> {
     pair_of(&truth(), focal, k1, seed)
 }
 
-/// The same pair of a given rig.
+/// The pair of [`pair`] for another rig.
 pub(crate) fn pair_of(
     rig: &Extrinsics<f64>,
     focal: f32,
@@ -79,7 +82,7 @@ fn a_wrong_distortion_is_found() {
 }
 
 #[test]
-fn a_right_lens_is_as_given_and_its_uncertainty_only_widens() {
+fn a_right_lens_is_reported_as_given_and_its_uncertainty_only_widens_the_deviations() {
     let proposal = after(robust(), 0.0, 0.0).proposal().unwrap();
     assert_eq!(proposal.lens.unwrap().to_string(), "as given");
     assert!(proposal.sd_lens.rotation > proposal.sd.rotation);
@@ -97,7 +100,7 @@ fn an_exact_lens_has_no_estimate_and_the_same_extrinsics_and_deviations() {
 }
 
 #[test]
-fn deviations_of_the_lens_that_are_not_possible_are_refused() {
+fn deviations_of_the_lens_that_are_out_of_range_are_refused() {
     let with = |prior| Config::robust().with_lens_prior(prior);
     assert!(with(LensPrior::WIDE).is_ok() && with(LensPrior::NONE).is_ok());
     for prior in [

@@ -1,4 +1,5 @@
-//! Mistakes of a first day in the data or the rig file: the calibrator does not arm, and names the cause.
+//! Mistakes in the data or the rig file, as a first installation makes them: the calibrator does not arm, and names the
+//! cause.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -18,15 +19,16 @@ type Pair = Vec<Correspondence<f32>>;
 
 const DEPTHS: [[f64; 2]; 2] = [[3.0, 80.0], [30.0, 800.0]];
 
-/// A mistake, as a rig file and a change of each pair.
+/// A mistake: the cameras of a wrong rig file, the true rig, and a change of each match.
 struct Mistake {
     name: &'static str,
     cameras: Cameras<f32>,
     truth: Extrinsics<f64>,
     change: fn(&Correspondence<f32>) -> Correspondence<f32>,
-    /// Uniform noise of the right pixel, beside that of the scene, px.
+    /// Uniform noise of the right pixel in addition to the noise of the scene, px. With infinite noise both pixels are
+    /// anywhere.
     noise: f32,
-    /// Its expected cause, if it has one.
+    /// Expected cause; `None` without a mistake.
     cause: Option<Cause>,
 }
 
@@ -162,7 +164,7 @@ struct Outcome {
 
 const PAIRS: u64 = 20;
 
-/// Applies after every pair, as a careless vehicle does.
+/// Takes the pairs of a run, and tries to apply the estimate after every pair.
 fn run(config: Config, mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcome {
     let mut calibrator = Tested::new(config, &FactoryCalibration::guess(mistake.cameras));
     let mut outcome = Outcome::default();
@@ -196,7 +198,8 @@ impl Outcome {
     }
 }
 
-/// Number of runs of both depths in which a mistake locks or arms, and of those that name it.
+/// For each of the named mistakes: its name, the number of runs at both depths that lock or arm, and the number of runs
+/// that name it.
 fn locked_and_named(
     config: Config,
     names: &[&str],
@@ -272,7 +275,7 @@ fn the_same_image_on_both_sides_locks_nothing_and_is_named() {
     }
 }
 
-/// All runs at two depths, 12 seeds each; the short test has one depth.
+/// A mistake, and its runs with 12 seeds at two depths; the short test has only one depth.
 fn runs_of(index: usize) -> (Mistake, Vec<Outcome>) {
     let depths = if is_campaign() { &DEPTHS[..] } else { &DEPTHS[..1] };
     let runs = depths.iter().flat_map(|depths| (0..12).map(move |seed| (*depths, seed)));
@@ -286,14 +289,14 @@ fn no_mistake_arms_and_ten_of_twelve_are_named() {
     for index in 1..mistakes(0).len() {
         let (Mistake { name, cause, .. }, outcomes) = runs_of(index);
         let is_named = |outcome: &&Outcome| {
-            // A mistake turned by more than a quarter is nearly an exchange.
+            // A baseline turned by more than 90 degrees nearly looks like exchanged images, so either cause is right.
             let is_nearly = outcome.cause == Some(Cause::Upright) && name.starts_with("t 1");
             outcome.cause == cause || is_nearly
         };
         let armed = outcomes.iter().filter(|outcome| outcome.armed > 0).count();
         let named = outcomes.iter().filter(is_named).count();
-        // Far points show a wrong lens only after some pairs; the few that fit among outliers may lie behind the
-        // cameras.
+        // Far points show a wrong lens only after some pairs. Among outliers, the few matches that fit may lie behind
+        // the cameras.
         let [most_armed, least] = match name {
             "undistorted" => [outcomes.len() / 12, outcomes.len() / 3],
             _ => [0, outcomes.len() * 10 / 12],
@@ -307,7 +310,7 @@ fn no_mistake_arms_and_ten_of_twelve_are_named() {
 }
 
 #[test]
-fn the_same_image_under_noise_is_unknown_and_no_calibration() {
+fn the_same_image_under_noise_rates_no_calibration() {
     let names = ["identical, noise", "identical, moved, noise", "identical, unequal, noise"];
     for index in 0..mistakes(0).len() {
         if names.contains(&mistakes(0)[index].name) {
@@ -317,7 +320,10 @@ fn the_same_image_under_noise_is_unknown_and_no_calibration() {
     }
 }
 
-/// Matches of the same image on both sides under noise, a share of them anywhere on their row.
+/// Matches of the same image on both sides under noise.
+///
+/// * `noise`: standard deviation of a right coordinate, px.
+/// * `on_row`: share of the matches that are wrong by up to 60 px along their row.
 fn same_image(rng: &mut ChaCha8Rng, noise: f32, on_row: f64) -> Vec<Correspondence<f32>> {
     let normal =
         |rng: &mut ChaCha8Rng| noise * ((0..12).map(|_| rng.random::<f32>()).sum::<f32>() - 6.0);
@@ -342,8 +348,8 @@ fn ever_arms(pairs: impl Iterator<Item = Vec<Correspondence<f32>>>) -> bool {
 }
 
 #[test]
-fn mismatches_along_rows_are_no_depth_of_the_same_image() {
-    // Three in ten, as a matcher makes them that searches along rows.
+fn mismatches_along_rows_are_not_taken_for_depth_of_the_same_image() {
+    // Three in ten matches are wrong along their row, as in a matcher that searches along rows.
     for (seed, noise) in (0..6).zip([0.1, 0.3].into_iter().cycle()) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let pairs = (0..120).map(|_| same_image(&mut rng, noise, 0.3));
@@ -352,7 +358,7 @@ fn mismatches_along_rows_are_no_depth_of_the_same_image() {
 }
 
 #[test]
-fn one_pair_of_the_same_image_repeated_is_no_depth_by_chance() {
+fn a_repeated_pair_of_the_same_image_never_shows_depth_by_chance() {
     for seed in 0..24 {
         let mut rng = ChaCha8Rng::seed_from_u64(100 + seed);
         let pairs = [(); 4].map(|()| same_image(&mut rng, 0.3, 0.0));
@@ -363,7 +369,7 @@ fn one_pair_of_the_same_image_repeated_is_no_depth_by_chance() {
 
 #[test]
 fn a_far_scene_of_an_aligned_rig_is_not_the_same_image() {
-    // Rolled by as little as 0.02 degrees, or not at all: then the depths must show it.
+    // A roll of only 0.02 degrees shows that the images differ. Without a roll, only the depths can show it.
     for seed in 0..12 {
         for (turn, armed) in [([0.3, 0.2, 0.02], 17..=17), ([0.0; 3], 14..=17)] {
             let truth = rig(turn, [0.1, 0.1]);

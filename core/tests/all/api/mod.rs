@@ -24,7 +24,7 @@ mod serialization;
 mod solver;
 mod supervision;
 mod texts;
-// The powers of the generated depths depend on the platform.
+// The traces hold for glibc: `powf`, which generates the depths, has other last bits on other platforms.
 #[cfg(target_env = "gnu")]
 mod traces;
 mod vibration;

@@ -11,7 +11,7 @@ use stereo_selfcal::{Calibrator, Config, Correspondence, PairReport, Rejection, 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
 const BASELINE: [f64; 2] = [4.0, -3.0];
 
-/// Three in ten right points exchanged among themselves.
+/// A pair of 250 matches in which the first 74 have the right point of the next match: outliers.
 fn among_outliers<T: Scalar>(noise_px: f64, seed: u64) -> Vec<Correspondence<T>> {
     let mut all = correspondences::<T>(&rig(ROTATION, BASELINE), 250, noise_px, seed);
     for i in 0..74 {
@@ -45,7 +45,7 @@ fn locked<T: Scalar>() -> Calibrator<T, 256> {
 fn exact_correspondences_among_outliers_give_the_rig() {
     let truth = rig(ROTATION, BASELINE);
     let error = Deviation::between(&solved::<f64>(0.0, 1).extrinsics, &truth);
-    // The prior of 0.1 rad may bias the result by this much at a noise floor of 0.15 px.
+    // At a noise floor of 0.15 px, the prior of 0.1 rad may bias the result by this much.
     assert!(error.translation < 2e-4 && error.rotation < 2e-4, "{error:?}");
 }
 
@@ -77,7 +77,7 @@ fn a_knock_before_the_lock_takes_no_more_passes_than_the_limit() {
 }
 
 #[test]
-fn takes_no_more_than_twelve_passes_and_reports_them() {
+fn a_search_takes_no_more_than_twelve_passes_and_reports_them() {
     let report = solved::<f32>(0.5, 2);
     assert!(report.passes <= 12 && report.stop == Stop::Converged, "{report:?}");
     assert!(report.rms_px_after < 0.6 && report.cost_after < report.cost_before);
@@ -85,7 +85,7 @@ fn takes_no_more_than_twelve_passes_and_reports_them() {
     assert!((report.noise_px * 12.0_f32.sqrt() - 1.0).abs() < 0.2, "{}", report.noise_px);
 }
 
-/// The report, taken one pass a call, and the number of calls.
+/// The report of a pair that is solved with one pass per call, and the number of calls.
 fn stepped(calibrator: &mut Calibrator<f32, 256>) -> (PairReport<f32>, u16) {
     let (outcome, calls) =
         (1..=15).find_map(|calls| Some((calibrator.advance_pair()?, calls))).unwrap();
@@ -98,7 +98,7 @@ fn pass_by_pass_gives_the_same_bits_as_one_call() {
     let whole = one.solve_pair().pair.unwrap();
     let (by_pass, calls) = stepped(&mut other);
     assert_eq!(by_pass, whole);
-    // A call takes one pass, and one more fuses.
+    // Each call takes one pass, and one further call fuses.
     assert_eq!(calls, whole.passes + 1);
 }
 
@@ -118,7 +118,7 @@ fn a_locked_rig_is_tracked_in_four_passes_and_with_the_same_bits_pass_by_pass() 
 
 #[test]
 fn the_prior_counts_once_however_many_pairs() {
-    // The baseline is four of the prior's deviations off, and each pair is weaker than the prior.
+    // The baseline is off by four standard deviations of the prior, and each pair is weaker than the prior.
     let truth = rig::<f64>([0.0; 3], [0.3, 0.4]);
     let config = Config::robust().with_prior_sd_rad(0.002).unwrap();
     let mut calibrator = with::<f64, 256>(config);
@@ -128,7 +128,7 @@ fn the_prior_counts_once_however_many_pairs() {
     }
     let proposal = calibrator.proposal().unwrap();
     let error = Deviation::between(&proposal.extrinsics, &truth);
-    // It starts 8.7e-3 off; it would stay twice as far off if every pair added the prior.
+    // The baseline starts 8.7e-3 rad off. If every pair added the prior, it would stay off by twice this limit.
     assert!(error.translation < 4e-3 && error.rotation < 6e-4, "{error:?}");
 }
 
@@ -166,7 +166,7 @@ fn the_covariance_is_of_the_unknowns_to_the_truth_and_sums_up_to_the_deviations(
         assert!((proposal.sd.rotation.powi(2) / r - 1.0).abs() < 1e-9);
         assert!((proposal.sd.translation.powi(2) / t - 1.0).abs() < 1e-9);
     }
-    // Scatter and halves only widen the deviations.
+    // The scatter of the pairs and the disagreement of image halves only increase the deviations.
     assert!((0.5..1.3).contains(&sum), "{sum}");
 }
 
@@ -203,12 +203,12 @@ fn a_pair_that_runs_out_of_passes_says_so() {
 }
 
 #[test]
-fn passes_are_bounded_however_many_hypotheses_are_asked() {
+fn passes_are_bounded_however_many_hypotheses_are_compared() {
     for limit in 2..=24 {
         let mut calibrator = with::<f32, 256>(Config::robust().with_max_passes(limit).unwrap());
         let mut most = 0;
         for seed in 0..60 {
-            // Three rigs in turn, with outlier-only pairs between: a small doubtful batch starts again.
+            // Three rigs in turn, with pairs of only outliers in between; some of these are small.
             let turned = ROTATION.map(|angle| angle - (seed / 5 % 3) as f64);
             let mut matches = correspondences(&rig(turned, BASELINE), 250, 0.5, seed);
             if seed % 7 == 6 {

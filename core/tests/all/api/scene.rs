@@ -22,7 +22,7 @@ pub(crate) fn cameras<T: Scalar>() -> Cameras<T> {
     Cameras { left: camera, right: camera }
 }
 
-/// `R` by a rotation vector in degrees, `t` turned about y and z by degrees.
+/// Extrinsics with `R` of a rotation vector, degrees, and `t` turned from `(-1, 0, 0)` about y and z, degrees.
 pub(crate) fn rig<T: Scalar>(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Extrinsics<T> {
     let exp = |v: [f64; 3]| so3::exp(&Vector3::from(v).map(f64::to_radians)).unwrap();
     let [y, z] = baseline_deg;
@@ -31,7 +31,7 @@ pub(crate) fn rig<T: Scalar>(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> 
     Extrinsics::try_new(&r, &t.map(T::lit)).unwrap()
 }
 
-/// Correspondences of points 3 to 80 baselines away, `noise_px` uniform noise.
+/// Correspondences of points 3 to 80 baselines away, with uniform noise of +-`noise_px` on each coordinate.
 pub(crate) fn correspondences<T: Scalar>(
     rig: &Extrinsics<f64>,
     n: usize,
@@ -41,7 +41,7 @@ pub(crate) fn correspondences<T: Scalar>(
     correspondences_within(rig, [3.0, 80.0], n, noise_px, seed)
 }
 
-/// The same for points at log-uniform depths, in baselines.
+/// Correspondences as [`correspondences`], of points at log-uniform depths in a range, in baselines.
 pub(crate) fn correspondences_within<T: Scalar>(
     rig: &Extrinsics<f64>,
     [nearest, farthest]: [f64; 2],
@@ -81,7 +81,7 @@ pub(crate) fn fill<T: Scalar, const N: usize>(
     }
 }
 
-/// Takes a pair; its matches stay in the batch.
+/// Replaces the matches of the batch, and solves the pair; the matches stay in the batch.
 pub(crate) fn take<T: Scalar, const N: usize>(
     calibrator: &mut Calibrator<T, N>,
     matches: &[Correspondence<T>],

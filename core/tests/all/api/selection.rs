@@ -1,4 +1,4 @@
-//! More matches than the batch holds: which ones stay, the fairness of the selection, and its value.
+//! More matches than the batch holds: which matches stay, whether the selection is fair, and what it improves.
 
 use std::collections::HashMap;
 
@@ -40,7 +40,7 @@ fn holds<const N: usize>(batch: &Batch<f32, N>, c: &Correspondence<f32>) -> bool
     keys(batch).contains(&key(rays.left(), rays.right()))
 }
 
-/// `n` matches on a lattice of 10 px within one cell of 240 x 200 px, random disparities.
+/// `n` matches on a lattice of 10 x 8 px within one cell of 240 x 200 px, with random disparities.
 fn one_cell(n: u16, rng: &mut ChaCha8Rng) -> Vec<Correspondence<f32>> {
     let disparity = |rng: &mut ChaCha8Rng| f32::from(rng.random_range(1..120_u8));
     let place = |i: u16| [490.0 + f32::from(i % 20) * 10.0, 410.0 + f32::from(i / 20 * 8)];
@@ -75,7 +75,9 @@ fn the_better_scores_of_a_cell_stay() {
     assert!(best.iter().all(|c| holds(&batch, c)));
 }
 
-/// Statistic of `counts` against equal chances, in standard deviations from its mean.
+/// Chi-square of `counts` against equal chances, minus its mean, in standard deviations.
+///
+/// * `share`: chance of each match to be kept.
 fn excess(counts: &[u32], share: f64) -> f64 {
     let cells = counts.len() as f64;
     let mean = f64::from(counts.iter().sum::<u32>()) / cells;
@@ -86,9 +88,9 @@ fn excess(counts: &[u32], share: f64) -> f64 {
 
 #[test]
 fn among_equal_scores_every_match_of_a_cell_has_the_same_chance() {
-    // By the position in the stream, which is the position in the image.
+    // Counts by the position in the stream, which determines the position in the image.
     let mut kept = [0; 400];
-    // By the disparity: every match is offered with each of 100 equally often.
+    // Counts by the disparity: every match is offered equally often with each of 100 disparities.
     let mut kept_by_disparity = [0; 100];
     for seed in 0..1000_u16 {
         let mut rng = ChaCha8Rng::seed_from_u64(seed.into());
@@ -169,11 +171,11 @@ fn a_match_without_rays_takes_no_place_of_a_full_batch() {
     let before = batch.pairs().to_vec();
     let pixel = |side, why| PushError::Pixel(side, why);
     let cases = [
-        // Better and in a cell of its own: it would stay if it had rays.
+        // A better score in a cell of its own: the match would stay if it had rays.
         (at(100.0, 100.0, 9.0, 1.0), pixel(Side::Right, UndistortError::NotInvertible)),
         (at(100.0, f32::NAN, 9.0, 1.0), pixel(Side::Left, UndistortError::NotFinite)),
         (at(100.0, 100.0, 900.0, 1.0), pixel(Side::Right, UndistortError::OutsideImage)),
-        // Refused although it would be left out anyway.
+        // This match is refused, although even a valid one with its score would be left out.
         (at(901.0, 600.0, 9e9, 0.0), pixel(Side::Right, UndistortError::OutsideImage)),
         (Correspondence { grid_step: 256.0, ..at(100.0, 100.0, 9.0, 1.0) }, PushError::GridStep),
     ];
@@ -183,7 +185,7 @@ fn a_match_without_rays_takes_no_place_of_a_full_batch() {
     }
 }
 
-/// 2000 matches, nine in ten in a window of a fifteenth of the image; row by row, as a matcher scans.
+/// 2000 matches, row by row, as a matcher scans. Nine in ten are in a window of a fifteenth of the image.
 fn crowded_scene(seed: u64) -> Vec<Correspondence<f32>> {
     let crowded = |c: &Correspondence<f32>| {
         (1100.0..1600.0).contains(&c.left[0]) && (300.0..600.0).contains(&c.left[1])

@@ -1,4 +1,4 @@
-//! One pair: its end, its report, and solving it pass by pass.
+//! One pair in the published method: its stop, its report, and its solution pass by pass.
 
 use crate::api::presets::{calibrator, with};
 use crate::api::scene::{cameras, correspondences, rig};
@@ -31,7 +31,7 @@ fn exact_correspondences_give_the_exact_rig() {
 }
 
 #[test]
-fn converges_in_few_passes_from_5_degrees_off_all_axes() {
+fn a_pair_that_is_5_degrees_off_about_all_axes_converges_in_few_passes() {
     let report = solved::<f32>(0.5);
     assert_eq!(report.stop, Stop::Converged);
     assert!(report.passes <= 12, "{}", report.passes);
@@ -91,7 +91,7 @@ fn passes_are_bounded_and_what_they_reach_is_reported() {
     assert!(report.cost_after < report.cost_before);
 }
 
-/// Mean over 200 trials of the squared errors over the predicted variances: 1 within sampling.
+/// Mean over 200 trials of the squared errors over the predicted variances; it is 1 up to the scatter of the trials.
 fn mean_square_of_errors_over_predictions(
     truth: &Extrinsics<f32>,
     scene: impl Fn(u64) -> Vec<Correspondence<f32>>,
@@ -128,7 +128,8 @@ fn a_calibrator_of_256_correspondences_fits_11_kib() {
     assert!(bytes <= 11_264);
 }
 
-/// Every third row wrong by up to 4 px either way: beyond the Huber threshold, without a bias.
+/// A pair in which every third row is wrong by up to 4 px in either direction: mostly beyond the Huber threshold, and
+/// without a bias.
 fn with_wrong_rows(n: usize, seed: u64) -> Vec<Correspondence<f32>> {
     let mut all = correspondences::<f32>(&rig(ROTATION, BASELINE), n, 0.5, seed);
     for (i, c) in all.iter_mut().enumerate().filter(|(i, _)| i % 3 == 0) {
@@ -145,7 +146,7 @@ fn the_cost_never_rises_from_starts_that_are_far_off_among_outliers() {
     let mut rejected = 0;
     for seed in 0..200 {
         let mut matches = with_wrong_rows(40, seed);
-        // Every second left point belongs to another right one.
+        // Every second match has the right point of another match.
         for i in (0..38).step_by(2) {
             let other = matches[i + 2].right;
             matches[i].right = other;
@@ -186,6 +187,7 @@ fn the_noise_of_a_few_correspondences_is_estimated_without_bias() {
         }
         calibrator.discard_pair();
     }
-    // Uniform noise of +-0.5 px on two rows has variance 1/6. Rows on the rim count slightly more than once.
+    // Uniform noise of +-0.5 px on two rows has variance 1/6. Rows near the image
+    // border count slightly more than once.
     assert!((sum / trials * 6.0 - 1.0).abs() < 0.15, "{}", sum / trials * 6.0);
 }

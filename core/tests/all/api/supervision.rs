@@ -1,4 +1,4 @@
-//! Supervision of an estimate that may be wrong: locking, knocks, outlier-only pairs, still scenes, drift, limits.
+//! Supervision of an estimate that may be wrong: locking, knocks, pairs of only outliers, still scenes, drift, limits.
 
 use crate::api::disturbed::{garbage, jittered, with_outliers};
 use crate::api::presets::{robust, with};
@@ -18,7 +18,7 @@ fn scene(rotation: [f64; 3], seed: u64) -> Vec<Correspondence<f32>> {
     correspondences(&rig(rotation, BASELINE), 250, 0.5, seed)
 }
 
-/// A calibrator after ten pairs of the rig, applied.
+/// A calibrator that has locked on ten pairs of the rig and applied the estimate.
 fn locked() -> Tested {
     let mut calibrator = robust();
     for seed in 1000..1010 {
@@ -29,7 +29,7 @@ fn locked() -> Tested {
     calibrator
 }
 
-/// Pitch or roll knocked by 0.3 degrees.
+/// Rotations after a knock of pitch or roll by 0.3 degrees.
 fn knocks() -> [[f64; 3]; 4] {
     let [x, y, z] = ROTATION;
     [[x + 0.3, y, z], [x - 0.3, y, z], [x, y, z + 0.3], [x, y, z - 0.3]]
@@ -42,7 +42,7 @@ fn is_of(proposal: &Proposal<f32>, rotation: [f64; 3]) -> bool {
 }
 
 #[test]
-fn locks_when_three_pairs_agree_with_the_first_and_never_before() {
+fn an_estimate_locks_when_three_pairs_agree_with_the_first_and_never_before() {
     for run in 0..20 {
         let mut calibrator = robust();
         assert_eq!((calibrator.state(), calibrator.proposal()), (State::Acquiring, None));
@@ -127,7 +127,7 @@ fn ten_pairs_of_rubbish_lose_the_rig_not_the_estimate_and_good_ones_recover_it()
     }
 }
 
-/// A pair of a rig with so many percent outliers.
+/// A pair of a rig with `percent` percent of outliers.
 pub(crate) fn poor(rotation: [f64; 3], percent: usize, seed: u64) -> Vec<Correspondence<f32>> {
     let mut matches = scene(rotation, seed);
     let outliers = matches.len() * percent / 100;
@@ -176,7 +176,7 @@ fn a_lost_rig_is_found_again_where_it_is_now() {
         let _ = take(&mut calibrator, &garbage(250, seed));
     }
     assert_eq!(calibrator.state(), State::Lost);
-    // Further off than any tracked knock.
+    // Further from the estimate than a track reaches.
     let moved = [-1.5, 1.0, -2.0];
     for seed in 0..6 {
         let _ = take(&mut calibrator, &scene(moved, seed));
@@ -216,7 +216,7 @@ fn a_still_scene_is_one_pair_however_often_it_comes_and_fresh_scenes_are_many() 
     }
     let many = calibrator.proposal().unwrap();
     assert_eq!(many.pairs, 200);
-    // It would be a fourteenth if all scenes had the same information.
+    // With the same information in every scene it would be a fourteenth: one over the root of 200.
     assert!(many.sd.rotation < 0.1 * once.sd.rotation, "{many:?}");
     assert!(many.sd.translation < 0.1 * once.sd.translation, "{many:?}");
 }
@@ -235,7 +235,7 @@ fn a_still_scene_adds_one_pair_to_those_before_it() {
     assert_eq!(take(&mut calibrator, &scene(ROTATION, 2)), Ok(Fused::Added));
 }
 
-/// Degrees of pitch, yaw and roll a pair: less than a single pair shows.
+/// Axes (pitch, yaw, roll) and their drift in degrees per pair, which is less than a single pair shows.
 const STEPS: [(usize, f64); 6] =
     [(0, 0.0005), (0, 0.001), (1, 0.005), (1, 0.01), (2, 0.001), (2, 0.002)];
 
@@ -261,7 +261,7 @@ fn a_drift_of_small_steps_is_noticed_and_followed() {
         assert!(renewals >= 4 && locks >= 150, "{axis} {step}: {renewals} {locks}");
         // The windows over recent pairs see the drift that no single pair shows.
         assert!(renewed >= 1, "{axis} {step}");
-        // Eight deviations of a single pair.
+        // 25 deviations of ten pairs are eight deviations of a single pair.
         assert!(worst < 25.0, "{axis} {step}: {worst}");
     }
 }
@@ -297,7 +297,7 @@ fn a_pair_that_agrees_but_leads_beyond_the_correction_limit_makes_the_estimate_s
         let off = Deviation::between(&found, &Extrinsics::SIDE_BY_SIDE);
         limit = limit.max(off.rotation).max(off.translation) + 1e-7;
     }
-    // The correction goes as far as those six, and no further.
+    // The limit allows the corrections after these six pairs, and no larger one.
     let config = Config::robust().with_max_correction_rad(limit).unwrap();
     let mut calibrator = with::<f32, 256>(config);
     for seed in 0..6 {

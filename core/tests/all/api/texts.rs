@@ -34,7 +34,7 @@ fn results_are_one_line_with_units() {
 }
 
 #[test]
-fn names_align_as_text_does() {
+fn names_are_padded_like_other_text() {
     let texts =
         [State::Lost.to_string(), Fused::KeptApart.to_string(), Stop::NoDescent.to_string()];
     assert_eq!(texts, ["lost", "kept apart", "no descent"]);

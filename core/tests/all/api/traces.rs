@@ -1,5 +1,5 @@
-//! Traces of scripted scenes in `traces/*.txt`, pair by pair: every reported number, and the checksum of the state. A
-//! change of behaviour changes the traces; its author commits them on purpose.
+//! Traces of scripted scenes in `traces/*.txt`, pair by pair: every reported number, and the checksum of the record. A
+//! change of behaviour changes the traces, so it cannot be committed unnoticed.
 //!
 //! Update: `UPDATE_EXPECT=1 cargo test -p stereo-selfcal --test all traces`.
 
@@ -135,7 +135,7 @@ impl<T: Number> Trace<T> {
             self.line(&health(&now));
         }
         let checksum = self.record().last_chunk().map(|bytes| u32::from_le_bytes(*bytes));
-        // The last bit of a generated f64 depends on the processor.
+        // Without the checksum in `f64`, because the last bit of a generated `f64` depends on the processor.
         if let Some(checksum) = checksum.filter(|_| size_of::<T>() == size_of::<f32>()) {
             self.line(&format!("{checksum:08x}"));
         }
@@ -145,7 +145,7 @@ impl<T: Number> Trace<T> {
         self.calibrator.snapshot().to_vec()
     }
 
-    /// Loss of power.
+    /// Restarts the calibrator from its record, as after a loss of power.
     fn resume(&mut self) {
         let record = self.record();
         self.calibrator = with(self.config);
@@ -197,7 +197,7 @@ fn a_knock_is_followed() {
     let mut trace = Trace::<f32>::applying(Config::robust());
     trace.take((0..10).map(good));
     trace.take((10..16).map(|seed| scene([x + 0.3, y, z], seed)));
-    // Small steps, which only the windows over several pairs see.
+    // A small step, which only change detection over several pairs notices.
     trace.take((16..40).map(|seed| scene([x + 0.3, y, z + 0.012], seed)));
     is!("knocked", trace);
 }
@@ -221,7 +221,7 @@ fn a_first_pair_of_another_rig_is_replaced() {
 }
 
 #[test]
-fn outliers_abound() {
+fn an_estimate_locks_and_stays_locked_among_outliers() {
     let mut trace = Trace::<f32>::new(Config::robust());
     trace.take((0..6).map(|seed| poor(ROTATION, 50, seed)));
     trace.take((6..9).map(good));

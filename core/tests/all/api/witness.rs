@@ -1,5 +1,5 @@
-//! Ranges and motion are witnesses: they tell the yaw of the mount, which depth needs, from the lens. Health counts and
-//! names witnesses that contradict the yaw.
+//! Ranges and motions are witnesses: they separate the yaw of the mount, which depth needs, from the apparent yaw of
+//! the lens. Health counts and names witnesses that contradict the yaw.
 
 use crate::api::depth::{
     Knock, NONE, Tested, calibrated, knocked, made, off, reading, run, warped, with_baseline,
@@ -32,7 +32,7 @@ fn five_ranges_tell_the_yaw_of_the_mount_after_a_knock_before_the_first_pair() {
         assert!(yaw.abs() < 3e-4, "{knock} {a}: {yaw}");
         assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
         assert!(!health.reasons.contains(Reason::Yaw), "{health}");
-        // The lens is known from here on: a further knock is followed.
+        // The lens is known now, so a further knock is followed.
         let again = [0.0, knock - 0.7, 0.0];
         run(&mut calibrator, again, a, 20..34);
         assert!(off(&calibrator, again).y.abs() < 5e-4, "{knock} {a}");
@@ -79,12 +79,12 @@ fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
 }
 
 #[test]
-fn a_reading_with_its_own_match_needs_none_of_the_pair() {
+fn a_reading_with_its_own_match_needs_no_match_of_the_pair() {
     let mut calibrator = with_baseline();
     let rig = [0.0, 1.0, 0.0];
     run(&mut calibrator, rig, 0.009, 0..8);
     let pair = warped(rig, 0.009, 8);
-    // The pair itself lacks the points of the readings.
+    // The pair is fused without the points of the readings and without their neighbours.
     let (read, fused): (Vec<_>, Vec<_>) = pair.iter().partition(|c| {
         pair[..60]
             .iter()
@@ -108,9 +108,9 @@ fn a_reading_with_its_own_match_needs_none_of_the_pair() {
 }
 
 #[test]
-fn readings_that_contradict_wait_until_they_outvote_those_before() {
+fn readings_that_contradict_wait_until_they_outvote_the_earlier_ones() {
     let mut calibrator = with_baseline();
-    // Unconfirmed: half of the turn may belong to the mount.
+    // No witness has confirmed the yaw: a part of the yaw of the rows may belong to the mount.
     run(&mut calibrator, NONE, 0.009, 0..8);
     let pair = warped(NONE, 0.009, 8);
     take(&mut calibrator, &pair).unwrap();
@@ -119,7 +119,8 @@ fn readings_that_contradict_wait_until_they_outvote_those_before() {
     assert_eq!(calibrator.push_witness(&reading(NONE, far, 1.4)), Ok(Witnessed::Waiting));
     assert_eq!(calibrator.proposal().unwrap().extrinsics, before);
     assert_eq!(calibrator.push_witness(&reading(NONE, far, 1.0)), Ok(Witnessed::Taken));
-    // Two wrong ones outvote the right one. The right ones after them are not refused: the fourth outvotes those.
+    // Two wrong readings outvote the right one. The right readings that follow are not refused: the fourth of them
+    // outvotes the wrong ones.
     let taken = [1.4, 1.4, 1.4, 1.4, 1.0, 1.0, 1.0, 1.0].map(|factor| {
         calibrator.push_witness(&reading(NONE, far, factor)).unwrap() == Witnessed::Taken
     });
@@ -127,7 +128,10 @@ fn readings_that_contradict_wait_until_they_outvote_those_before() {
     assert!(off(&calibrator, NONE).y.abs() < 1e-3);
 }
 
-/// Matches of points in two pairs; the rig moves between them by so many baselines.
+/// Matches of 120 points in two pairs of a rig that moves between the pairs. Rows are off by `a x y`.
+///
+/// * `translation`: motion of the points in the left camera frame, baselines.
+/// * `turn`: turn of the rig about y, rad.
 pub(crate) fn tracked(
     of: Knock,
     a: f64,
@@ -157,7 +161,7 @@ pub(crate) fn tracked(
             found.push([both.0, both.1]);
         }
     }
-    // One match in eight belongs to another point.
+    // The second match of every eighth point belongs to another point.
     for i in (0..found.len() - 1).step_by(8) {
         found[i][1] = found[i + 1][1];
     }
@@ -172,7 +176,7 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
         let mut calibrator = calibrated(Config::robust());
         run(&mut calibrator, rig, a, 0..10);
         let a = f64::from(a);
-        // A rig at rest, and one that only turns.
+        // A rig at rest, and a rig that only turns.
         for turn in [0.0, 0.05] {
             let still = tracked(rig, a, [0.0; 3], turn);
             assert_eq!(calibrator.push_witness(&still[..]), Err(MotionError::NoMotion), "{turn}");
@@ -193,7 +197,7 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
     assert_eq!(nothing, Err(MotionError::NotLocked));
 }
 
-/// A number of random bits: not finite, tiny, huge, or within the range of a sensor.
+/// A random number: of any bits, within +-2000, or within 0 to 1.
 fn any_number(rng: &mut ChaCha8Rng) -> f32 {
     match rng.random_range(0..3_u8) {
         0 => f32::from_bits(rng.random()),
@@ -202,7 +206,7 @@ fn any_number(rng: &mut ChaCha8Rng) -> f32 {
     }
 }
 
-/// The whole state, without the counts of contradictions.
+/// The whole state as text, without the counts of contradictions.
 fn traces(calibrator: &Tested) -> String {
     let all = format!("{calibrator:?}");
     let (before, rest) = all.split_once("contradicting: [").unwrap();
@@ -258,6 +262,7 @@ fn tracks_of_random_rays_show_no_motion_and_leave_no_trace() {
     }
 }
 
+/// Counts of contradicting ranges and motions; checks that the text of the health names them.
 fn counts(calibrator: &Tested) -> [u16; 2] {
     let health = calibrator.health().unwrap();
     let counts = [health.contradicting_ranges, health.contradicting_motions];
@@ -275,7 +280,7 @@ fn ranges_and_motions_that_contradict_are_counted_until_a_reset() {
     take(&mut calibrator, &pair).unwrap();
     let near = pair.iter().find(|c| c.left[0] - c.right[0] > 60.0).unwrap();
     let right = reading(NONE, near, 1.0);
-    // Readings that say nothing of the yaw do not count.
+    // A reading that is not valid does not count, and a reading that agrees with the yaw does not count.
     let bad = RangeReading { sd_m: f32::NAN, ..right };
     assert_eq!(calibrator.push_witness(&bad), Err(RangeError::Reading));
     assert_eq!(calibrator.push_witness(&right), Ok(Witnessed::Taken));
@@ -285,7 +290,7 @@ fn ranges_and_motions_that_contradict_are_counted_until_a_reset() {
         assert_eq!(calibrator.push_witness(&wrong), Err(RangeError::Contradicts), "{factor}");
         assert_eq!(counts(&calibrator), [count, 0]);
     }
-    // A reading that waits counts too.
+    // A reading that waits also counts.
     let slightly = [0.97, 0.95, 0.93, 0.9].map(|factor| reading(NONE, near, factor));
     let mut waits = slightly.iter().map(|of| calibrator.push_witness(of));
     assert!(waits.any(|of| of == Ok(Witnessed::Waiting)));

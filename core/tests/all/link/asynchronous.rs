@@ -11,7 +11,7 @@ use embedded_hal::spi::{ErrorKind, Operation, SpiDevice as _};
 use stereo_selfcal::link::{FpgaMatcher, FrameRefusal, ReceiveError};
 use test_support::wire::{Access, Wire};
 
-/// [`Wire`] as an asynchronous bus and pin; each is ready at the second poll.
+/// [`Wire`] as an asynchronous bus and pin. A transaction is ready at the second poll, the pin once data is waiting.
 #[derive(Debug, Clone)]
 struct Late(Wire);
 
@@ -58,7 +58,7 @@ impl embedded_hal_async::digital::Wait for Late {
     }
 }
 
-/// Polls a future at most `polls` times, then drops it.
+/// Polls a future at most `polls` times, then drops it; `None` if it was not ready.
 fn within<F: Future>(polls: usize, future: F) -> Option<F::Output> {
     let mut future = pin!(future);
     (0..polls).find_map(|_| match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {

@@ -81,7 +81,7 @@ fn a_damaged_frame_leaves_an_empty_batch() {
     let mut calibrator = calibrator::<f32>();
     assert_eq!(feed(&mut Decoder::new(), &bytes, &mut calibrator), Ok(None));
     assert!(calibrator.batch().pairs().is_empty());
-    // Matches of another source do not belong to a frame that still arrives.
+    // A match of another source is not hidden: the damaged frame has ended.
     assert_eq!(calibrator.batch().offered(), 0);
     calibrator.push(&Frame::plain(2, 1).matches[0]).unwrap();
     assert_eq!(calibrator.batch().pairs().len(), 1);
@@ -96,7 +96,7 @@ fn a_frame_cut_off_anywhere_gives_no_pair() {
         feed(&mut decoder, &old, &mut calibrator).unwrap();
         let fed = feed(&mut decoder, &new[..cut], &mut calibrator).unwrap();
         let held = match (cut < FrameHeader::BYTES, cut < new.len()) {
-            // Before the header is whole, the batch holds the pair before.
+            // Before the header is whole, the batch still holds the previous frame.
             (true, _) => 60,
             (false, true) => 0,
             (false, false) => 50,
@@ -106,7 +106,7 @@ fn a_frame_cut_off_anywhere_gives_no_pair() {
         let too_few = Err(Rejection::TooFew { usable: 0, needed: 12 });
         assert_eq!(outcome.fused == too_few, held == 0, "{cut}");
         assert_eq!(outcome.pair.map_or(0, |pair| pair.usable), held as u32, "{cut}");
-        // Asking loses nothing: the frame goes on.
+        // The call of `solve_pair` has lost nothing: the frame continues.
         if held == 0 {
             let rest = feed(&mut decoder, &new[cut..], &mut calibrator).unwrap().unwrap();
             assert_eq!((rest.taken, calibrator.batch().pairs().len()), (50, 50), "{cut}");
@@ -115,7 +115,7 @@ fn a_frame_cut_off_anywhere_gives_no_pair() {
 }
 
 #[test]
-fn a_frame_given_up_does_not_come_back_by_its_second_half() {
+fn the_second_half_of_a_frame_that_was_given_up_is_dropped() {
     let bytes = Frame::plain(1, 50).bytes();
     let by_hand = Frame::plain(9, 20).matches;
     for (end, taken) in [(0_u8, Some(0)), (1, None)] {

@@ -16,22 +16,22 @@ enum Harm {
     Drop(Index, Index),
     /// A run of bytes is inserted.
     Insert(Index, Vec<u8>),
-    /// Bytes of no frame precede it.
+    /// Bytes that belong to no frame precede the frame.
     Idle(Vec<u8>),
-    /// It is sent twice.
+    /// The frame is sent twice.
     Duplicate,
-    /// It is sent twice, the first time with a bit flipped.
+    /// The frame is sent twice, the first time with a flipped bit.
     Repeat(Index),
-    /// Its end is lost.
+    /// The end of the frame is lost.
     Truncate(Index),
-    /// Its header precedes the records of another frame.
+    /// The header of the frame precedes the records of another frame.
     Splice(Frame),
     /// The header of another frame is inserted.
     Header(Index, FrameHeader),
 }
 
 fn bytes(longest: usize) -> impl Strategy<Value = Vec<u8>> {
-    // The magic and its parts are more frequent than chance makes them.
+    // The magic and its parts are more frequent than in random bytes.
     let byte = prop_oneof![any::<u8>(), prop::sample::select(&b"SCMF"[..])];
     let piece = prop_oneof![4 => byte.prop_map(|byte| vec![byte]), 1 => Just(b"SCMF".to_vec())];
     prop::collection::vec(piece, 1..longest).prop_map(|pieces| pieces.concat())
@@ -61,7 +61,7 @@ fn flipped(mut bytes: Vec<u8>, bits: &[Index]) -> Vec<u8> {
     bytes
 }
 
-/// `bytes` with `run` inserted after the first and before the last.
+/// `bytes` with `run` inserted between two of them.
 fn inserted(bytes: &[u8], at: Index, run: &[u8]) -> Vec<u8> {
     let (head, tail) = bytes.split_at(1 + at.index(bytes.len() - 1));
     [head, run, tail].concat()
@@ -100,7 +100,7 @@ fn harmed(frame: &Frame, harm: &Harm) -> (Vec<u8>, bool) {
 /// A stream of numbered frames, and the frames that remain whole.
 fn streams() -> impl Strategy<Value = (Vec<u8>, Vec<Frame>)> {
     let each = prop::collection::vec((frames(), harms()), 1..12);
-    let by_chance = "what was lost or put in makes no difference";
+    let by_chance = "the stream contains a damaged frame as it was sent";
     (any::<u32>(), each, bytes(60)).prop_filter_map(by_chance, |(first, each, end)| {
         let (mut stream, mut through, mut lost) = (Vec::new(), Vec::new(), Vec::new());
         for (sequence, (mut frame, harm)) in each.into_iter().enumerate() {
@@ -113,7 +113,7 @@ fn streams() -> impl Strategy<Value = (Vec<u8>, Vec<Frame>)> {
             }
             stream.extend(bytes);
         }
-        // Ends a frame that is still incomplete.
+        // These bytes may complete a frame that was cut off.
         stream.extend(end);
         let untouched = |(at, sent): &(usize, Vec<u8>)| {
             stream[*at..].windows(sent.len()).any(|run| run == sent)

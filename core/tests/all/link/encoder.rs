@@ -1,4 +1,4 @@
-//! The encoder against frames sealed by the tests.
+//! The encoder against frames that the tests assemble and seal.
 
 use crate::link::roundtrip::{headers, records};
 use crate::link::stream::{Frame, HEADER, received, sealed};
@@ -28,13 +28,13 @@ proptest! {
 }
 
 #[test]
-fn a_match_out_of_range_is_refused_and_replaced() {
+fn a_match_out_of_range_is_refused_and_another_takes_its_place() {
     let frame = Frame::plain(0, 2);
     let (mut encoder, start) = Encoder::begin(frame.header).unwrap();
     let mut bytes = start.to_vec();
     let good = frame.matches[0];
     bytes.extend(encoder.push(&good).unwrap());
-    // 2^24 steps of 1/256 px; the largest coordinate is a step below.
+    // The largest coordinate is one step of 1/256 px below 2^24 steps.
     let largest = 65_536.0 - 1.0 / 256.0;
     for bad in [65_536.0, -1.0 / 256.0, f32::NAN, f32::INFINITY, f32::MAX] {
         for axis in 0..4 {

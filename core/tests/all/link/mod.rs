@@ -1,4 +1,4 @@
-//! Wire format, decoder and drivers: undamaged frames are received exactly, for any damage of others.
+//! Wire format, decoder and drivers: undamaged frames are received exactly, whatever the damage of other frames.
 
 #[cfg(feature = "async")]
 mod asynchronous;

@@ -1,4 +1,4 @@
-//! Sink of the tests of the drivers.
+//! Sink for the tests of the drivers.
 
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{FrameHeader, FrameRefusal, FrameSink};

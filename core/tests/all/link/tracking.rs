@@ -1,4 +1,4 @@
-//! Tracks of a matcher, from the wire to a measurement of the yaw.
+//! Tracks of a matcher, from the bytes of frames to a measurement of the yaw.
 
 use crate::api::depth::{NONE, Tested, calibrated, off, run};
 use crate::api::scene::cameras;
@@ -11,7 +11,7 @@ use stereo_selfcal::{Config, Correspondence, Reason};
 
 const HEADER: FrameHeader = FrameHeader { grid_step: 0, fraction_bits: 8, ..vectors::HEADER };
 
-/// The match of rays, in the resolution of the wire; `None` outside of an image.
+/// The match whose rays these are, in the resolution of the wire; `None` if a pixel is outside its image.
 fn seen(rays: &RayPair<f32>) -> Option<Correspondence<f32>> {
     let cameras = cameras::<f32>();
     let left = cameras.left.pixel(rays.left().into()).ok()?;
@@ -46,7 +46,7 @@ fn tracked_frames_of_a_moving_rig_tell_the_yaw_of_the_mount() {
     let mut tracks = Tracks::new();
     for (at, turn) in (0..).zip([0.0, 0.03, -0.03]) {
         let quads = tracked(knock, 0.009, [0.5, 0.1, -4.0], turn);
-        // In both images; each match has a number of its own, and the second frame is in another order.
+        // Only matches within the images. Each match has its own track, and the second frame has another order.
         let both = quads.iter().filter_map(|[one, two]| Some([seen(one)?, seen(two)?]));
         let both: Vec<_> = both.zip(100 + 300 * at..).collect();
         let [before, mut after] =
@@ -71,7 +71,7 @@ fn tracked_frames_of_a_moving_rig_tell_the_yaw_of_the_mount() {
 }
 
 #[test]
-fn a_damaged_frame_joins_nothing_and_the_next_one_is_joined_to_the_one_before_it() {
+fn a_damaged_frame_is_not_joined_and_the_next_one_is_joined_to_the_frame_before_it() {
     let mut calibrator = calibrated(Config::robust());
     run(&mut calibrator, NONE, 0.0, 0..2);
     let matches: Vec<_> = tracked(NONE, 0.0, [0.0, 0.0, -1.0], 0.0)
@@ -88,7 +88,7 @@ fn a_damaged_frame_joins_nothing_and_the_next_one_is_joined_to_the_one_before_it
     assert!(tracks.quads().is_empty() && calibrator.batch().pairs().is_empty());
     feed(&mut calibrator, &mut tracks, &frame(2, &matches));
     assert_eq!(tracks.quads().len(), matches.len());
-    // Without a place for them, tracks are ignored.
+    // Without `tracks` in the sink, the tracks are ignored.
     let mut sink = Tracking::<f32, 256, 0> { calibrator: &mut calibrator, tracks: None };
     let received = Decoder::new().feed(&mut &frame(3, &matches)[..], &mut sink).unwrap();
     assert_eq!(received.unwrap().taken, matches.len());

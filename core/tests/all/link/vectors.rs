@@ -1,4 +1,4 @@
-//! The golden vectors: their bytes, and their effect on a receiver. Update: `UPDATE_EXPECT=1`.
+//! The test frames in `core/vectors`: their bytes, and their effect on a receiver. `UPDATE_EXPECT=1` rewrites them.
 
 use core::fmt::Write;
 use std::path::Path;
@@ -28,7 +28,7 @@ fn frame(header: FrameHeader, records: &[MatchRecord]) -> Vec<u8> {
     bytes
 }
 
-/// Two matches.
+/// A frame of two matches.
 fn good(sequence: u32) -> Vec<u8> {
     let header = FrameHeader { sequence, timestamp_us: 50_000 * u64::from(sequence), ..HEADER };
     let one =
@@ -38,7 +38,7 @@ fn good(sequence: u32) -> Vec<u8> {
     frame(header, &[one, two].map(|m| MatchRecord::encode(&m, &header).unwrap()))
 }
 
-/// Every field at the end of its range.
+/// A frame with every field at the end of its range.
 fn maximal() -> Vec<u8> {
     let header = FrameHeader {
         timestamp_us: u64::MAX,
@@ -54,7 +54,7 @@ fn maximal() -> Vec<u8> {
     frame(header, &[MatchRecord::from_bytes(&record); 3])
 }
 
-/// Two matches, one of them with a track.
+/// A frame of two matches, the second with a track.
 fn tracked() -> Vec<u8> {
     let header = FrameHeader { sequence: 1, ..HEADER };
     let one =
@@ -81,7 +81,7 @@ fn vectors() -> [(&'static str, Vec<u8>); 8] {
     ]
 }
 
-/// Effect of a vector on a receiver: counters, then header and matches of the whole frames.
+/// Effect of a vector on a receiver, as text: counters, then the events.
 fn meaning(name: &str, bytes: &[u8]) -> String {
     let (mut decoder, mut rest, mut events) = (Decoder::new(), bytes, String::new());
     while let Some(event) = decoder.next(&mut rest) {

@@ -1,4 +1,4 @@
-//! Bad input: flipped bits, other lengths, kinds, layouts, rigs and numbers.
+//! Records that are refused: flipped bits, and other lengths, kinds, layouts, rigs and numbers.
 
 use super::{ROTATION, Record, after, off, restored, scene};
 use crate::api::presets::{calibrated, robust, with};
@@ -42,14 +42,14 @@ fn every_flipped_bit_and_every_other_length_is_damage() {
     for length in 0..good.len() {
         assert_eq!(fresh.restore(&good[..length]), Err(RestoreError::Damaged), "{length}");
     }
-    // It is refused with a correct checksum too.
+    // A longer record is refused even with a correct checksum.
     let longer = sealed(<[u8; 404]>::try_from([&good[..], &[0; 4]].concat()).unwrap());
     assert_eq!(refused(&longer), RestoreError::Damaged);
     assert_eq!(fresh.restore(&good), Ok(()));
 }
 
 #[test]
-fn a_record_of_something_else_is_refused_by_name() {
+fn a_record_of_something_else_is_refused_with_its_own_error() {
     let good = after::<f32>(Config::robust(), 10).snapshot();
     let with_byte = |at: usize, byte| {
         let mut bad = good;
@@ -67,7 +67,8 @@ fn a_record_of_something_else_is_refused_by_name() {
     assert_eq!(other.restore(&good), Err(RestoreError::OtherRig));
     let narrow = Config::robust().with_max_correction_rad(0.01).unwrap();
     assert_eq!(with::<f32, 256>(narrow).restore(&good), Err(RestoreError::Config));
-    // A record of the other scalar, and one read by the other preset: the calibration in use.
+    // A calibrator in the other scalar takes the whole record; a calibrator of the other preset takes only the
+    // calibration in use.
     let mut double = restored::<f64>(Config::robust(), &good);
     assert_eq!(double.state(), State::Suspect);
     take(&mut double, &scene(ROTATION, 60)).unwrap();
@@ -75,7 +76,7 @@ fn a_record_of_something_else_is_refused_by_name() {
     assert_eq!(restored::<f32>(Config::paper(), &good).state(), State::Acquiring);
 }
 
-/// Ranges of the numbers of a record, from byte 20 on, as `FORMAT.md` states them.
+/// Ranges of the numbers of a record, from byte 20 on, as `FORMAT.md` states them; 0 for a number that is not changed.
 fn ranges() -> Vec<f32> {
     let calibration = [0.3, 0.3, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0];
     let of = |n: usize, range: f32| vec![range; n];
@@ -95,7 +96,7 @@ fn ranges() -> Vec<f32> {
     parts.concat()
 }
 
-/// A number within a range, of any magnitude.
+/// A random number within a range, of a magnitude down to 1e-12 of the range.
 fn drawn(range: f32, is_signed: bool, rng: &mut ChaCha8Rng) -> f32 {
     let size = range * 10.0_f32.powf(-12.0 * rng.random::<f32>().powi(2));
     if is_signed && rng.random() { -size } else { size }
@@ -127,7 +128,7 @@ fn after_random_numbers_within_range_thirty_good_pairs_lock_on_the_truth() {
     for seed in 0..runs(300, 20_000) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut record = good;
-        // One number of another magnitude, a few, or all; the diagonal of the information is positive.
+        // About one number, a few, or all are replaced. The diagonal of the information stays positive.
         let share = *[0.01, 0.1, 1.0].choose(&mut rng).unwrap();
         let diagonal = [0, 2, 5, 9, 14];
         for (k, range) in ranges.iter().enumerate() {
@@ -139,7 +140,7 @@ fn after_random_numbers_within_range_thirty_good_pairs_lock_on_the_truth() {
             let is_information = (22..37).contains(&k);
             let number = match k {
                 _ if is_information && diagonal.contains(&(k - 22)) => drawn(1e15, false, &mut rng),
-                // Not far beyond its diagonal; otherwise no draw is a covariance.
+                // The old value times a factor: with larger elements hardly any draw would be positive definite.
                 _ if is_information => f32::from_le_bytes(*place) * rng.random_range(-1.0..1.0),
                 40 => 0.0,
                 ..22 | 37..=38 | 42..72 | 80 | 81 | 89 | 90 => drawn(*range, true, &mut rng),

@@ -6,7 +6,7 @@ use nalgebra::Matrix3;
 use stereo_selfcal::geometry::so3;
 use stereo_selfcal::{Config, FactoryCalibration};
 
-/// Bytes of the rows of a table.
+/// Byte and content of each row of a table.
 fn table(heading: &str) -> Vec<(usize, String)> {
     let page = include_str!("../../../src/record/FORMAT.md");
     let section = page.split("\n## ").find(|section| section.starts_with(heading)).unwrap();
@@ -17,6 +17,7 @@ fn table(heading: &str) -> Vec<(usize, String)> {
     section.lines().filter_map(row).collect()
 }
 
+/// Byte of the first row whose content contains a text.
 fn place(table: &[(usize, String)], content: &str) -> usize {
     table.iter().find(|(_, text)| text.contains(content)).unwrap_or_else(|| panic!("{content}")).0
 }

@@ -1,4 +1,4 @@
-//! Records: a restart continues from the estimate, and a broken record is refused.
+//! Records: a restart continues from the estimate, and a damaged record is refused.
 
 mod damage;
 mod format;
@@ -20,7 +20,7 @@ pub(crate) fn scene<T: Scalar>(rotation: [f64; 3], seed: u64) -> Vec<Corresponde
     with_outliers(correspondences(&rig(rotation, BASELINE), 250, 0.5, seed), 4)
 }
 
-/// A calibrator after so many pairs of the rig, applied if possible.
+/// A calibrator after `pairs` pairs of the rig, which has applied the estimate if it is locked.
 pub(crate) fn after<T: Scalar>(config: Config, pairs: u64) -> Tested<T> {
     let mut calibrator = with(config);
     for seed in 0..pairs {
@@ -48,6 +48,7 @@ fn same<T: Scalar>(one: &Extrinsics<T>, other: &Extrinsics<T>) -> bool {
     rotation.to_f64().max(translation.to_f64()) < 5e-7
 }
 
+/// Checks that a restored calibrator is suspect until a pair confirms it, and then stays close to the original.
 fn goes_on<T: Scalar>(pairs: u64) {
     let mut before = after::<T>(Config::robust(), pairs);
     let mut after = restored(Config::robust(), &before.snapshot());
@@ -72,7 +73,7 @@ fn goes_on<T: Scalar>(pairs: u64) {
 }
 
 #[test]
-fn a_restored_estimate_is_suspect_until_a_pair_confirms_it_and_goes_on_as_without_a_break() {
+fn a_restored_estimate_is_suspect_until_a_pair_confirms_it_and_then_goes_on_as_without_a_restart() {
     [8, 40].into_iter().for_each(goes_on::<f32>);
     goes_on::<f64>(12);
 }
@@ -90,7 +91,7 @@ fn a_rig_that_was_knocked_meanwhile_is_found_within_three_pairs() {
 }
 
 #[test]
-fn frozen_undo_and_generation_survive_and_an_unnoticed_change_is_reported() {
+fn frozen_undo_and_generation_survive_and_other_extrinsics_get_another_generation() {
     let mut old = after::<f32>(Config::robust(), 10);
     old.set_frozen(true);
     let mut new = restored::<f32>(Config::robust(), &old.snapshot());
@@ -98,7 +99,7 @@ fn frozen_undo_and_generation_survive_and_an_unnoticed_change_is_reported() {
     assert_eq!(new.undo(), Err(ApplyError::Frozen));
     new.set_frozen(false);
     assert_eq!(new.undo().unwrap().extrinsics, Extrinsics::SIDE_BY_SIDE);
-    // Two changes in one calibrator and two in the other, to different extrinsics.
+    // Both calibrators have changed twice, to different extrinsics, so they have the same generation.
     old.set_frozen(false);
     take(&mut old, &scene(ROTATION, 70)).unwrap();
     old.apply().unwrap();

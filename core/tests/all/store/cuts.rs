@@ -7,10 +7,11 @@ use stereo_selfcal::store::{SavePolicy, Store, StoreError};
 use test_support::flash::{Blank, Flash, TEARS, Tear};
 use test_support::is_campaign;
 
-/// Saves: enough to start every block again.
+/// Number of saves. In the short test they use every slot of the flash at least once.
 const SAVES: u32 = 8;
 
-/// Cuts a run of saves at every word; returns states lost, factory calibrations lost, saves refused afterwards, cuts.
+/// Cuts the power at every word of each save, and again in the next save. Returns the numbers of states lost, of
+/// factory calibrations lost, of saves refused afterwards, and of cuts.
 fn cut<const W: usize, const E: usize>(blocks: usize, blank: Blank, tear: Tear) -> [u32; 4] {
     let (mut counts, every) = ([0; 4], if is_campaign() { 1 } else { 7 });
     let mut prepared = Kept::open(flash::<W, E>(blocks, blank, tear));
@@ -74,7 +75,7 @@ fn cut_all<const W: usize, const E: usize>(blocks: usize) -> u32 {
 
 #[test]
 fn power_may_fail_at_any_word_of_a_save_and_of_the_next() {
-    // Two or three slots to a block.
+    // Each block holds two to four slots.
     let cuts = [cut_all::<4, 1024>(2), cut_all::<8, 1024>(3), cut_all::<32, 2048>(2)];
     let rest = if is_campaign() { [cut_all::<8, 4096>(4), cut_all::<1, 512>(2)] } else { [0; 2] };
     println!("{} cuts", cuts.iter().chain(&rest).sum::<u32>());
@@ -115,7 +116,7 @@ fn power_may_fail_at_any_word_of_a_factory_save_twice() {
 fn wear_is_even_and_a_block_is_erased_once_for_its_slots() {
     let mut kept = Kept::open(flash::<8, 2048>(4, Blank::Ones, Tear::Word));
     assert!((1..=200).all(|number| kept.save(number)));
-    // Five slots of 408 bytes.
+    // 200 saves over four blocks of five slots of 408 bytes.
     assert_eq!(kept.0.close().erased, [0, 0, 0, 0, 10, 10, 10, 10]);
 }
 

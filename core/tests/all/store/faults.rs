@@ -1,4 +1,4 @@
-//! Lasting faults of the flash, and flash with any content.
+//! Flash with lasting faults, and flash with any content.
 
 use super::Kept;
 use core::cell::Cell;
@@ -33,7 +33,7 @@ const KINDS: [Kind; 7] = [
     Kind::NoErasure,
 ];
 
-/// A kind of fault of a block, or of all.
+/// A kind of fault of one block, or of all blocks.
 type Standing = (Kind, Option<u32>);
 
 /// Flash with faults that last while they are set.
@@ -86,7 +86,7 @@ impl NorFlash for Faulty {
         match self.has(offset, |kind| matches!(kind, Kind::WriteFails | Kind::NoWrite)) {
             Some(Kind::WriteFails) => Err(Fault::Worn),
             Some(_) => Ok(()),
-            // Words that an erasure has missed.
+            // After `NoErasure` the words may not be erased: the driver refuses to write them.
             None => {
                 let range = offset as usize..offset as usize + bytes.len();
                 let is_erased = self.0.bytes[range].iter().all(|byte| *byte == 0xff);
@@ -144,7 +144,7 @@ fn flash_that_holds_anything_takes_records() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut kept = Kept::open(Nor::new(4, seed));
         assert!(kept.save_factory(1) && kept.save(9));
-        // Records among garbage: moved parts of true records.
+        // Parts of the valid records are copied to random places.
         let mut bytes = kept.0.close().bytes;
         for _ in 0..rng.random_range(1..6) {
             let [from, to] = [(); 2].map(|()| 8 * rng.random_range(0..bytes.len() / 8 - 60));

@@ -14,7 +14,7 @@ use stereo_selfcal::store::{SavePolicy, Store};
 
 const CRC_32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
-/// The store of a rig, whose payloads are identified by a number.
+/// A store whose records contain a number that identifies them.
 pub(crate) struct Kept<F>(pub(crate) Store<F, f32>);
 
 impl<F: NorFlash<Error: Debug>> Kept<F> {
@@ -25,20 +25,21 @@ impl<F: NorFlash<Error: Debug>> Kept<F> {
         Self(Store::open(flash, factory, state, SavePolicy::default()).unwrap())
     }
 
-    /// Saves a factory calibration; returns whether it was saved.
+    /// Saves a factory calibration with this number; returns whether it was saved.
     pub(crate) fn save_factory(&mut self, number: u16) -> bool {
         let made = FactoryCalibration::guess(cameras());
         let made = made.with_baseline_m(1.0 + f32::from(number)).unwrap();
         self.0.save_factory(&made).is_ok()
     }
 
+    /// The number of the factory calibration found.
     pub(crate) fn factory(&mut self) -> Option<u16> {
         let found = self.0.load_factory().ok()??;
         let baseline_m = found.baseline_m()?;
         (0..u16::MAX).find(|number| 1.0 + f32::from(*number) >= baseline_m)
     }
 
-    /// Saves a state with this generation; returns whether it was saved.
+    /// Saves a state with this number as its generation; returns whether it was saved.
     pub(crate) fn save(&mut self, number: u32) -> bool {
         let mut calibrator = robust::<f32>();
         calibrator.restore(&numbered(number)).unwrap();
@@ -52,7 +53,7 @@ impl<F: NorFlash<Error: Debug>> Kept<F> {
     }
 }
 
-/// A record of a calibrator without an estimate.
+/// The record of a calibrator without an estimate, with a number as its generation.
 fn numbered(number: u32) -> Record {
     static FRESH: std::sync::LazyLock<Record> =
         std::sync::LazyLock::new(|| robust::<f32>().snapshot());

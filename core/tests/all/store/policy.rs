@@ -39,7 +39,7 @@ fn policy() -> SavePolicy<f32> {
     SavePolicy::new(seconds(100))
 }
 
-/// Reason to save at a time, after a pair in every second from another time on; `None` before.
+/// Reason to save at second `to`, with a pair in every second from `from` on. Checks that no save is due before `to`.
 fn due_after(
     policy: &mut SavePolicy<f32>,
     calibrator: &Rig,
@@ -187,7 +187,7 @@ fn a_controller_that_is_reset_again_and_again_saves_once() {
         let mut calibrator = robust();
         let _ = store.resume(&mut calibrator);
         for pair in 0..8 {
-            // Each start learns and applies something else.
+            // After each start the rig is another one, which is learnt and applied.
             feed(&mut calibrator, [1.0 + 0.4 * f64::from(start), -0.5, 0.8], pair..pair + 1);
             let _ = calibrator.apply();
             saves.extend(store.save_if_due(&calibrator, seconds(pair)).unwrap());
@@ -223,15 +223,15 @@ fn a_clock_that_stands_still_or_goes_back_permits_no_more_saves() {
     assert!((0..1000).all(|_| policy.due(&calibrator, seconds(5000)).is_none()));
     policy.saved(&calibrator, seconds(5000));
     calibrator.apply().unwrap();
-    // The clock steps back, and runs normally from there on.
+    // The clock steps back, and then runs normally.
     assert_eq!(due_after(&mut policy, &calibrator, 10, 110), Some(SaveReason::InUse));
-    // A step as far ahead as possible counts as one pair.
+    // Even the largest step ahead counts as 1 s.
     assert_eq!(policy.due(&calibrator, Duration::MAX), None);
     assert!((0..1000).all(|_| policy.due(&calibrator, Duration::MAX).is_none()));
 }
 
 #[test]
-fn noise_alone_is_never_saved() {
+fn outliers_alone_are_never_saved() {
     let mut policy = policy();
     let mut calibrator = robust::<f32>();
     for seed in 0..20 {
