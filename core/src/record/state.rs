@@ -54,7 +54,7 @@ const LEARNED: [Range; 15] = [
     (1, 0.0, 1e6),
     (1, 0.0, MEAN_ROUNDING),
     (1, -MEAN_ROUNDING, MEAN_ROUNDING),
-    // Matches in the short window: enough for pairs of a million matches.
+    // Fading sums of matches of high leverage: enough for pairs of a million matches.
     (2, 0.0, 1e7),
     (4, -LENS, LENS),
     // Information on the lens, dimensionless.
