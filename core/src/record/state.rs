@@ -90,7 +90,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and the knowledge of lens and mount.
     /// The record omits cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the
-    /// windows of the change detection, and the estimate of the paper preset.
+    /// window of the change detection, and the estimate of the paper preset.
     #[must_use]
     pub fn snapshot(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];

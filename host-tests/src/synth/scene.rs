@@ -1,10 +1,8 @@
 //! Generated scenes: a known rig, points of known depth, Gaussian noise, gross outliers.
 //!
-//! The cameras are pinholes, or have lens errors that the calibrator does not know. Left points are uniform in the
-//! image, or in a band of its rows. Their depths are log-uniform, a mixture of two log-uniform ranges, or on a plane.
-//! Points that miss the right image are drawn again. Half of the outliers are uniform in the right image, half within
-//! +-60 px (u) and +-20 px (v) of the truth. All four coordinates get noise; then they are rounded to the matcher's
-//! grid.
+//! Left points are uniform in the image, or in a band of its rows; points that miss the right image are drawn again.
+//! Half of the outliers are uniform in the right image, half within +-60 px (u) and +-20 px (v) of the truth. All four
+//! coordinates get noise; then they are rounded to the matcher's grid.
 
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;

@@ -161,6 +161,29 @@ mod tests {
     }
 
     #[test]
+    fn a_vibration_detected_after_the_last_pair_is_in_the_covariance_of_the_prior() {
+        let turns = BlockVariances { rotation: 4e-6, baseline: 4e-6 };
+        let shaken = context().vibrating(turns);
+        let pairs: std::vec::Vec<_> = (0..12).map(evaluated).collect();
+        let before = fused(&pairs, 2, &context());
+        let after = resumed(&before, &shaken);
+        let [old, new] = [&before, &after].map(|h| h.covariance(&shaken).unwrap().diagonal());
+        for (old, new) in old.into_iter().zip(new) {
+            assert!((new / old - 1.0).abs() < 1e-3, "{old} {new}");
+        }
+    }
+
+    #[test]
+    fn a_drift_does_not_change_the_information_of_the_prior() {
+        let pairs: std::vec::Vec<_> = (0..12).map(evaluated).collect();
+        let steady = fused(&pairs, 2, &context());
+        let drifting = steady.drifting(Vector5::repeat(1e-2));
+        let [one, other] =
+            [steady, drifting].map(|h| resumed(&h, &context()).covariance_of_noise(&context()));
+        assert_eq!(one, other);
+    }
+
+    #[test]
     fn a_pair_moves_a_prior_as_it_moves_the_sums() {
         let context = context::<f64>();
         let pairs: std::vec::Vec<_> = (0..12).map(evaluated).collect();
