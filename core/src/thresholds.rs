@@ -80,10 +80,6 @@ pub(crate) const MAX_NIS: f64 = 28.0;
 /// deviations off. A larger factor locks on chance; a smaller one locks later.
 pub(crate) const YOUNG_SLACK: f64 = 2.0;
 
-/// Least inlier share of a pair over the usual share. A larger ratio rejects poor pairs; a smaller one accepts
-/// outliers.
-pub(crate) const MIN_INLIER_RATIO: f64 = 0.5;
-
 /// Motion of a rig from pair to pair that counts as rest (0.005 degrees), for each unknown. A larger value hides small
 /// steps; a smaller one rejects pairs of a vibrating rig.
 pub(crate) const VIBRATION_RAD: f64 = 8.7e-5;
@@ -132,10 +128,6 @@ pub(crate) const MAX_LOCKED_SD_RAD: f64 = 0.12;
 pub(crate) const OBSERVED_BASELINE: f64 = 0.25;
 pub(crate) const CERTAIN_BASELINE: f64 = 0.0625;
 
-/// Squared Mahalanobis distance of the baseline in use from an observed one, above which the observed one is applied.
-/// Chance exceeds it in 1 % of the cases. A larger limit keeps a wrong baseline; a smaller one applies noise.
-pub(crate) const SIGNIFICANT_BASELINE: f64 = 9.0;
-
 /// Least pivot of the information on the lens, scaled to unit diagonal. A larger limit holds directions fixed that
 /// pairs determine; a smaller one divides by rounding.
 pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
@@ -169,11 +161,6 @@ pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 /// the number of pairs. Larger numbers change the reference later; smaller ones change it by the error of a few pairs.
 pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
 pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
-
-/// Squared distance of the yaw of the rows from the factory yaw, over the variance of both, above which the mount has
-/// turned since. Chance exceeds it in 3 of 1000 cases. A larger limit keeps the yaw of a rig that was knocked before
-/// its first run; a smaller one takes an error of the lens for a knock.
-pub(crate) const REFUTED_FACTORY_YAW: f64 = 9.0;
 
 /// Standard deviation of the yaw of the rows from scene to scene (0.03 degrees): other depths and regions weigh the
 /// same lens differently. A larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
@@ -241,13 +228,13 @@ pub(crate) const CALIBRATED_YAW_SD_RAD: f32 = 8.7e-4;
 /// the estimate to the factory extrinsics.
 pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;
 
-/// Multiple of its standard deviation above which an error of the lens is named. A larger limit names it later; a
-/// smaller one names it by chance.
-pub(crate) const LENS_FOUND: f64 = 3.0;
-
-/// Factor per pair by which a followed drift fades from the covariance. A larger factor reports the drift longer; a
-/// smaller one lets the drift exceed the reported deviation.
-pub(crate) const DRIFT_DECAY: f64 = 0.9;
+/// Standard deviations above which a difference is not chance. An error of the lens is named; a baseline in use is
+/// replaced by an observed one; the mount has turned since its calibration; a peak of residuals, also of those of high
+/// leverage, exceeds the residuals beside it; and residuals have a gap between two crowds. It is also the error of yaw
+/// that the smallest disparity and the test for depth of the published method allow for. Chance exceeds it in 3 of 1000
+/// cases, and in 1 of 100 where it is the distance of two unknowns. A larger value overlooks errors, and small numbers of
+/// inliers, for longer; a smaller one takes noise for errors, and chance for a peak.
+pub(crate) const SIGNIFICANT: f64 = 3.0;
 
 /// Largest correction in use over the limit of the estimated correction; a baseline that is kept adds to the
 /// correction. A larger factor applies a rig that no estimate supports; a smaller one refuses a fit of `R` near the
@@ -287,9 +274,10 @@ pub(crate) const CLEARLY_BETTER: f64 = 0.04;
 /// share of outliers. A larger limit locks on a wrong baseline that fits some of the matches; a smaller one costs time.
 pub(crate) const OPEN_COST: f64 = 0.4;
 
-/// Decay factor per pair of the window of the change detection (about 10 pairs), and number of its pairs. The window
-/// counts as this number of pairs when it replaces older pairs, and the share of a crowd is a mean over this number. A
-/// larger factor or number detects small changes later; a smaller one forgets them.
+/// Decay factor per pair of the window of the change detection (about 10 pairs) and of a followed drift in the
+/// covariance, and number of the pairs in the window. The window counts as this number of pairs when it replaces older
+/// pairs, and the share of a crowd is a mean over this number. A larger factor or number detects small changes later; a
+/// smaller one forgets them, and lets a drift exceed the reported deviation.
 pub(crate) const WINDOW_DECAY: f64 = 0.9;
 pub(crate) const WINDOW_PAIRS: u32 = 10;
 

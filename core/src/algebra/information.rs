@@ -9,8 +9,7 @@ use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::thresholds::{MIN_CONDITION, POWER_ITERATIONS};
 #[cfg(feature = "paper")]
-#[cfg(feature = "paper")]
-use crate::thresholds::{YAW_DEVIATIONS, paper::MAX_DISPARITY_NOISE};
+use crate::thresholds::{SIGNIFICANT, paper::MAX_DISPARITY_NOISE};
 
 /// Symmetric positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,11 +69,11 @@ impl<T: Scalar> Information<T> {
     /// * `variance`: variance of a disparity, in the unit of the sum.
     ///
     /// `None` if noise and a yaw error exceed the share [`MAX_DISPARITY_NOISE`] of the squared disparities. Yaw changes
-    /// all disparities alike and hardly changes rows. The assumed yaw error is [`YAW_DEVIATIONS`] standard deviations.
+    /// all disparities alike and hardly changes rows. The assumed yaw error is [`SIGNIFICANT`] standard deviations.
     #[cfg(feature = "paper")]
     pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
         let [.., squares] = self.0.diagonal();
-        let alike = T::lit(YAW_DEVIATIONS * YAW_DEVIATIONS) * self.yaw_share();
+        let alike = T::lit(SIGNIFICANT * SIGNIFICANT) * self.yaw_share();
         if !(variance * (weight + alike) <= squares * T::lit(MAX_DISPARITY_NOISE)) {
             return None;
         }

@@ -12,7 +12,7 @@ use crate::depth::tracks::Tracks;
 use crate::error::{MotionError, RangeError};
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{LENS_FOUND, MAX_CONFIRMED_YAW_RAD, RANGE_REACH_PX, TRACK_NOISE};
+use crate::thresholds::{MAX_CONFIRMED_YAW_RAD, RANGE_REACH_PX, SIGNIFICANT, TRACK_NOISE};
 
 /// A measurement that separates the mount yaw from the apparent yaw of the lens. [`Calibrator::push_witness`] adds it.
 /// The trait is sealed.
@@ -123,7 +123,7 @@ impl<T: Scalar> sealed::Witness<T> for &RangeReading<T> {
         let (pose, rows) = to.estimator.rows(context).ok_or(RangeError::NotLocked)?;
         let noise = to.estimator.noise() / context.focal;
         let reach = T::lit(RANGE_REACH_PX) / context.focal;
-        let most = T::lit(LENS_FOUND) * (noise + noise);
+        let most = T::lit(SIGNIFICANT) * (noise + noise);
         let pair = match right {
             Some(right) => RayPair::try_new(ray.into(), right.into())
                 .filter(|own| is_within_rows(own, &pose, most)),

@@ -12,8 +12,7 @@ use super::yaw::YawEstimate;
 use crate::config::Context;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    LENS_FOUND, REFUTED_FACTORY_YAW, ROWS_LAG, SCENE_YAW_RAD, TURNED_DOUBT, WITNESS_RAD,
-    WITNESS_SUPPORT,
+    ROWS_LAG, SCENE_YAW_RAD, SIGNIFICANT, TURNED_DOUBT, WITNESS_RAD, WITNESS_SUPPORT,
 };
 
 /// Estimate of the yaws of mount and lens, and its evidence.
@@ -224,7 +223,7 @@ impl<T: Scalar> MountYaw<T> {
     /// alone can be refuted.
     pub(crate) fn is_refuted(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> bool {
         let squared = self.prior(context).surprise(rows.turn, rows.variance);
-        self.is_as_made() && squared > T::lit(REFUTED_FACTORY_YAW)
+        self.is_as_made() && squared > T::lit(SIGNIFICANT * SIGNIFICANT)
     }
 
     /// Marks the factory calibration as refuted: the mount yaw is unknown.
@@ -327,7 +326,7 @@ impl<T: Scalar> RowsYaw<T> {
 /// Returns whether a difference exceeds three standard deviations. The comparison is negated, so that a number that is
 /// not finite counts as apart.
 fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
-    !(off * off <= T::lit(LENS_FOUND * LENS_FOUND) * variance)
+    !(off * off <= T::lit(SIGNIFICANT * SIGNIFICANT) * variance)
 }
 
 texts! { Witnessed { Taken = "taken", Waiting = "waiting for others that agree" } }

@@ -199,9 +199,7 @@ impl<T: Scalar> Hypotheses<T> {
         evaluated: &EvaluatedPose<T>,
         context: &Context<'_, T>,
     ) -> bool {
-        self.champion().is_some_and(|champion| {
-            champion.gate(evaluated, champion.inlier_share, T::ONE, context)
-        })
+        self.champion().is_some_and(|champion| champion.gate(evaluated, T::ONE, context))
     }
 
     /// Returns whether a pair is inside the challenger's gate.
@@ -212,9 +210,9 @@ impl<T: Scalar> Hypotheses<T> {
     ) -> bool {
         // Without a champion, the challenger is based on few pairs and may be a few standard deviations off.
         let slack = if self.champion.is_none() { T::lit(YOUNG_SLACK) } else { T::ONE };
-        self.challenger().filter(|_| evaluated.has_clear_peak()).is_some_and(|challenger| {
-            challenger.gate(evaluated, challenger.inlier_share, slack, context)
-        })
+        self.challenger()
+            .filter(|_| evaluated.has_clear_peak())
+            .is_some_and(|challenger| challenger.gate(evaluated, slack, context))
     }
 
     /// Counts a pair against the hypotheses whose gates rejected it. Drops the challenger if at least [`MAX_FAILED`]
@@ -289,9 +287,7 @@ impl<T: Scalar> Hypotheses<T> {
                 let challenger = self.challenger.as_mut().ok_or(Rejection::NotBegun)?;
                 challenger.add(&result.evaluated.measurement, result.seen, context)?;
                 self.count(result.rejected);
-                let fused = self.promote(kept, context);
-                self.learn_share(result.evaluated, context);
-                Ok(fused)
+                Ok(self.promote(kept, context))
             }
             Support::New => {
                 self.begin_challenger(result, context)?;
@@ -360,27 +356,6 @@ impl<T: Scalar> Hypotheses<T> {
         self.challenger = None;
         self.rejected = 0;
         if had_champion { Fused::TookOver } else { Fused::Added }
-    }
-
-    /// Drops the challenger if it agrees with the champion, and only the low inlier share of its pairs made the
-    /// champion reject them. The champion takes over this share as its usual share. Without this the rig would be
-    /// reported as lost: a challenger that agrees with the champion is never promoted, and the champion learns its
-    /// share only from pairs that it accepts.
-    #[inline(never)]
-    fn learn_share(&mut self, evaluated: &EvaluatedPose<T>, context: &Context<'_, T>) {
-        let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) else {
-            return;
-        };
-        let share = challenger.hypothesis.inlier_share;
-        let is_same = challenger.agreed >= MIN_AGREED
-            && share < champion.hypothesis.inlier_share
-            && champion.hypothesis.gate(evaluated, share, T::ONE, context)
-            && !challenger.hypothesis.departs_from(&champion.hypothesis, context);
-        if is_same {
-            champion.hypothesis.inlier_share = share;
-            self.challenger = None;
-            self.rejected = 0;
-        }
     }
 
     /// Starts a champion from a prior. The estimate is suspect until a pair supports it.

@@ -26,8 +26,8 @@ use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_SHARE, DRIFT_DECAY, FREEDOM_RAD, IMPROVEMENT,
-    MAX_LOCKED_SD_RAD, MAX_REDUCED_CHI_SQUARE, WINDOW_DECAY, WINDOW_PAIRS,
+    AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_SHARE, FREEDOM_RAD, IMPROVEMENT, MAX_LOCKED_SD_RAD,
+    MAX_REDUCED_CHI_SQUARE, WINDOW_DECAY, WINDOW_PAIRS,
 };
 
 /// Sums over the supporting pairs, and their optimum.
@@ -177,7 +177,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.update_chi_square(measurement, context);
         self.sums.scale(context.fading(self.pairs));
         self.pairs = self.pairs.saturating_add(1);
-        self.drift *= T::lit(DRIFT_DECAY);
+        self.drift *= T::lit(WINDOW_DECAY);
         for (sum, new) in self.high_leverage.iter_mut().zip(measurement.high_leverage) {
             *sum = *sum * T::lit(WINDOW_DECAY) + new;
         }

@@ -17,7 +17,7 @@ use crate::config::Context;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::scalar::Scalar;
-use crate::thresholds::{LENS_FOUND, LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIVOT};
+use crate::thresholds::{LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIVOT, SIGNIFICANT};
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
@@ -175,10 +175,10 @@ impl<T: Scalar> HypothesisLens<T> {
         [hiding(focal, v_sl + v_sr - two * c_s), hiding(k1, v_kl + v_kr - two * c_k)]
     }
 
-    /// Returns whether a difference of focal length or `k1` exceeds [`LENS_FOUND`] standard deviations.
+    /// Returns whether a difference of focal length or `k1` exceeds [`SIGNIFICANT`] standard deviations.
     pub(super) fn is_significant(&self) -> bool {
         let LensCorrection { focal, k1 } = self.difference();
-        let least = T::lit(LENS_FOUND * LENS_FOUND);
+        let least = T::lit(SIGNIFICANT * SIGNIFICANT);
         let exceeds = |(value, variance): (T, T)| value * value > least * variance;
         [focal, k1].into_iter().zip(self.variances()).any(exceeds)
     }

@@ -17,7 +17,7 @@ use crate::outcome::proposal::Proposal;
 use crate::outcome::reasons::{Reason, Reasons};
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, OBSERVED_BASELINE, SIGNIFICANT_BASELINE,
+    CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, OBSERVED_BASELINE, SIGNIFICANT,
     SIGNIFICANT_CHANGE,
 };
 
@@ -262,7 +262,7 @@ fn doubts<T: Scalar>(hypothesis: &Hypothesis<T>, exact: bool) -> Reasons {
 }
 
 /// Returns whether the squared Mahalanobis distance of the baseline in use from the estimate exceeds chance
-/// ([`SIGNIFICANT_BASELINE`]).
+/// ([`SIGNIFICANT`]).
 ///
 /// * `covariance`: covariance of the estimate, rad^2.
 fn baseline_differs<T: Scalar>(
@@ -273,7 +273,7 @@ fn baseline_differs<T: Scalar>(
     let off = pose.unknowns_to(&RectifyingRotations::from(in_use));
     let [.., a, _, _, _, b, c] = covariance.0;
     let form = c * off.w * off.w - T::lit(2.0) * b * off.w * off.a + a * off.a * off.a;
-    form >= T::lit(SIGNIFICANT_BASELINE) * (a * c - b * b)
+    form >= T::lit(SIGNIFICANT * SIGNIFICANT) * (a * c - b * b)
 }
 
 #[cfg(test)]
@@ -297,7 +297,7 @@ mod tests {
         for (x, y) in [(1.0, 1.0), (1.0, -1.0), (1.0, 0.0), (0.0, 1.0), (0.3, -1.0)] {
             let squared: f64 =
                 (x * x - 2.0 * correlation * x * y + y * y) / (1.0 - correlation * correlation);
-            let limit = (SIGNIFICANT_BASELINE / squared).sqrt();
+            let limit = SIGNIFICANT / squared.sqrt();
             let at = [0.98, 1.02].map(|part| differs(x * limit * part, y * limit * part));
             assert_eq!(at, [false, true], "{x} {y}");
         }

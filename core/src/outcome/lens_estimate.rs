@@ -4,7 +4,7 @@ use core::fmt;
 
 use crate::config::LensPrior;
 use crate::scalar::Scalar;
-use crate::thresholds::{BAD_PX, GROSS_LENS, LENS_FOUND};
+use crate::thresholds::{BAD_PX, GROSS_LENS, SIGNIFICANT};
 
 /// A parameter with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,7 +21,7 @@ pub struct Finding<T> {
 impl<T: Scalar> Finding<T> {
     /// Returns whether the value exceeds three standard deviations.
     pub fn is_significant(&self) -> bool {
-        self.value.abs() > T::lit(LENS_FOUND) * self.sd
+        self.value.abs() > T::lit(SIGNIFICANT) * self.sd
     }
 }
 

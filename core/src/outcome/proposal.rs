@@ -15,7 +15,7 @@ use crate::outcome::reasons::{Reason, Reasons};
 use crate::outcome::vibration::Vibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{LENS_FOUND, MAX_CONFIRMED_YAW_RAD};
+use crate::thresholds::{MAX_CONFIRMED_YAW_RAD, SIGNIFICANT};
 
 /// The estimate over all pairs so far.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -108,7 +108,7 @@ impl<T: Scalar> Proposal<T> {
         let roll = (self.extrinsics.rotation().matrix().m21
             - self.extrinsics.rotation().matrix().m12)
             * T::HALF;
-        let least = T::lit(LENS_FOUND * LENS_FOUND);
+        let least = T::lit(SIGNIFICANT * SIGNIFICANT);
         let by_chance = |c: Matrix5<T>| roll * roll <= least * c.m33;
         !self.baseline_observed && self.covariance.is_some_and(by_chance)
     }

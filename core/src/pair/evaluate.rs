@@ -212,15 +212,18 @@ impl<T: Scalar> EvaluatedPose<T> {
     /// * `needed`: least number of near residuals, from the configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
-        let noise = self.measurement.noise;
-        let [share, per_px] = FOUND_NEAR.map(T::lit);
-        let share = (share + per_px * noise).min(T::lit(FOUND_NEAR_MOST));
         near >= T::count(needed.into())
             && near >= T::lit(PEAK_OVER_BESIDE) * beside
-            && near >= share * self.stats.usable
+            && near >= self.share_of_found() * self.stats.usable
             && self.stats.exceed_background()
-            && noise < T::lit(MAX_NOISE_PX)
+            && self.measurement.noise < T::lit(MAX_NOISE_PX)
             && self.is_largest_crowd()
+    }
+
+    /// Returns the share of near residuals that a pose found by a search needs.
+    fn share_of_found(&self) -> T {
+        let [share, per_px] = FOUND_NEAR.map(T::lit);
+        (share + per_px * self.measurement.noise).min(T::lit(FOUND_NEAR_MOST))
     }
 
     /// Returns the reason if residuals form a peak but do not come from a valid scene.
@@ -244,12 +247,13 @@ impl<T: Scalar> EvaluatedPose<T> {
         ahead > self.stats.near() * T::HALF
     }
 
-    /// Tests a pose that is already known from other pairs. Returns whether the residuals form a peak at zero, the
-    /// inliers are the largest group, not too many near points are behind the cameras, and the disparities differ.
+    /// Tests a pose that is already known from other pairs. Returns whether the residuals form a peak at zero that holds
+    /// half of the share of matches that a pose found by a search needs, the inliers are the largest group, not too many near points are behind the cameras, and the disparities differ.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR)
             && near >= T::lit(TRACK_PEAK) * beside
+            && near >= T::HALF * self.share_of_found() * self.stats.usable
             && self.is_largest_crowd()
             && !self.stats.is_behind()
             && !self.measurement.moments.are_disparities_alike()

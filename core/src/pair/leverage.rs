@@ -6,7 +6,7 @@
 
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, PEAK_DEVIATIONS};
+use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, SIGNIFICANT};
 
 /// Limit on a correspondence's share of the information on the baseline, dimensionless.
 #[derive(Debug, Clone, Copy)]
@@ -59,10 +59,10 @@ impl<T: Scalar> HighLeverage<T> {
     }
 }
 
-/// Returns whether the residuals within 2 units outnumber those from 2 to 4 units by [`PEAK_DEVIATIONS`] standard
+/// Returns whether the residuals within 2 units outnumber those from 2 to 4 units by [`SIGNIFICANT`] standard
 /// deviations. Outliers fill both bands equally.
 pub(crate) fn form_peak<T: Scalar>([near, beside]: [T; 2]) -> bool {
-    near - beside > T::lit(PEAK_DEVIATIONS) * (near + beside).sqrt()
+    near - beside > T::lit(SIGNIFICANT) * (near + beside).sqrt()
 }
 
 impl<T: Scalar> Leverage<T> {

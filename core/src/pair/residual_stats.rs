@@ -5,7 +5,7 @@ use super::leverage::form_peak;
 use super::loss::{BESIDE, ResidualVariance};
 use crate::batch::sides::is_behind;
 use crate::scalar::Scalar;
-use crate::thresholds::{CROWD, INLIER, NEAR, PEAK_DEVIATIONS};
+use crate::thresholds::{CROWD, INLIER, NEAR, SIGNIFICANT};
 
 /// Counts of correspondences (whole numbers), and sums over correspondences.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,7 +143,7 @@ impl<T: Scalar> ResidualStats<T> {
     pub(super) fn is_hollow(&self) -> bool {
         let missing = self.near() * T::lit(0.25) - self.inner;
         let variance = self.near() * T::lit(0.25 * 0.75);
-        missing > T::lit(PEAK_DEVIATIONS) * variance.sqrt()
+        missing > T::lit(SIGNIFICANT) * variance.sqrt()
     }
 
     /// Returns whether too many of the points with residuals within 2 units are behind the cameras.

@@ -30,8 +30,8 @@ use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{
-    LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, SETTLED, TIGHT_TUKEY,
-    TRACK_PASSES, TUKEY, WIDE_SCALE_PX, YAW_DEVIATIONS,
+    LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, SETTLED, SIGNIFICANT,
+    TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX,
 };
 
 /// State of the second start of a search.
@@ -285,7 +285,7 @@ impl<T: Scalar> PairSolver<T> {
         };
         let [_, yaw, ..] = covariance.diagonal();
         self.iterate.min_disparity =
-            -T::lit(MIN_DISPARITY_PX) / self.iterate.focal - T::lit(YAW_DEVIATIONS) * yaw.sqrt();
+            -T::lit(MIN_DISPARITY_PX) / self.iterate.focal - T::lit(SIGNIFICANT) * yaw.sqrt();
         if let Schedule::Track(of_pose) = &mut self.schedule {
             *of_pose = *covariance;
         }

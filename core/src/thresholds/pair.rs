@@ -25,11 +25,6 @@ pub(crate) const FIRST_LEVEL_PX: f64 = 0.25;
 pub(crate) const PEAK_SHARE: f64 = 0.25;
 pub(crate) const PEAK_OVER_BESIDE: f64 = 2.0;
 
-/// Least excess of a peak over the count beside it, in deviations of chance. The same limit holds at a pose that is
-/// found from afar or not confirmed, for correspondences of high leverage, and for a gap between two crowds. A larger
-/// value overlooks a small number of inliers; a smaller one takes chance for a peak.
-pub(crate) const PEAK_DEVIATIONS: f64 = 3.0;
-
 /// Scale of the loss over the peak, to which annealing reduces the scale. A larger scale ends between two crowds of
 /// matches; a smaller one loses inliers.
 pub(crate) const BELOW_PEAK: f64 = 0.7;
@@ -100,11 +95,6 @@ pub(crate) const INLIER: f64 = 3.0;
 /// Largest magnitude of a negative disparity that noise may give a match. A larger limit admits outliers behind
 /// infinity; a smaller one cuts far inliers.
 pub(crate) const MIN_DISPARITY_PX: f64 = 4.0;
-
-/// Error of yaw, in standard deviations, that the smallest disparity allows for, because yaw moves all disparities
-/// alike. A larger number admits outliers behind infinity; a smaller one cuts far inliers. The published method assumes
-/// the same error where it tests for depth.
-pub(crate) const YAW_DEVIATIONS: f64 = 3.0;
 
 /// Factor of the estimated noise of disparities, which is subtracted from the information on the baseline: noise along
 /// the rows differs a little from noise across them. A larger factor loses information in far scenes; a smaller one

@@ -5,7 +5,7 @@ use super::*;
 use crate::algebra::block_variances::BlockVariances;
 use crate::depth::mount::MountYaw;
 use crate::fusion::lens_reference::LensReference;
-use crate::thresholds::WINDOW_PAIRS;
+use crate::thresholds::{FOUND_NEAR, WINDOW_PAIRS};
 use nalgebra::Vector5;
 use std::vec::Vec;
 
@@ -79,23 +79,30 @@ fn a_pair_without_a_clear_peak_supports_no_challenger() {
     assert!(alone.gate_of_challenger(&pair, &context));
     // With 9 residuals within 2 units of the loss and 6 from 2 to 4 units, the peak does not exceed chance.
     pair.stats.within = [9.0, 12.0, 15.0];
+    pair.stats.usable = 20.0;
     assert!(!pair.has_clear_peak() && pair.has_peak());
     assert!(!alone.gate_of_challenger(&pair, &context));
 }
 
 #[test]
-fn a_pair_passes_a_gate_only_with_a_peak_and_the_usual_share_of_inliers() {
+fn a_pair_passes_a_gate_only_with_a_peak_of_enough_matches() {
     let context = context();
     let hypothesis = fused(&pairs(0.0, 0..4), 1, &context);
     let pair = evaluated::<f64>(9);
-    assert!(hypothesis.gate(&pair, hypothesis.inlier_share, 1.0, &context));
-    let mut few = pair;
-    few.measurement.inlier_share *= 0.4;
-    assert!(!hypothesis.gate(&few, hypothesis.inlier_share, 1.0, &context));
+    assert!(hypothesis.gate(&pair, 1.0, &context));
+    // A tracked pose needs half of the share of near residuals that a pose found from afar needs.
+    let near = pair.stats.within[0];
+    let [base, per_px] = FOUND_NEAR;
+    let share = 0.5 * (base + per_px * pair.measurement.noise);
+    for (part, passes) in [(0.99, true), (1.01, false)] {
+        let mut many = pair;
+        many.stats.usable = part * near / share;
+        assert_eq!(hypothesis.gate(&many, 1.0, &context), passes);
+    }
     let mut flat = EvaluatedPose { stats: EvaluatedPose::NONE.stats, ..pair };
     flat.stats.usable = pair.stats.usable;
     assert!(!flat.has_peak());
-    assert!(!hypothesis.gate(&flat, hypothesis.inlier_share, 1.0, &context));
+    assert!(!hypothesis.gate(&flat, 1.0, &context));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use super::Hypothesis;
 use crate::config::Context;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_NIS, MIN_INLIER_RATIO, VIBRATION_RAD};
+use crate::thresholds::{MAX_NIS, VIBRATION_RAD};
 
 impl<T: Scalar> Hypothesis<T> {
     /// Returns the NIS of a pair: the squared Mahalanobis distance of its optimum from the estimate, with the sum of
@@ -24,21 +24,18 @@ impl<T: Scalar> Hypothesis<T> {
         both.inverse_form(&step)
     }
 
-    /// Returns whether a pair that was tracked from this hypothesis passes the gate: its residuals have a peak, its
-    /// inlier share is at least [`MIN_INLIER_RATIO`] times `usual`, and its NIS is below the limit.
+    /// Returns whether a pair that was tracked from this hypothesis passes the gate: its residuals have a peak, and its
+    /// NIS is below the limit.
     ///
-    /// * `usual`: usual inlier share, 0 to 1; `slack`: factor on the limit [`MAX_NIS`].
+    /// * `slack`: factor on the limit [`MAX_NIS`].
     pub(in crate::fusion) fn gate(
         &self,
         evaluated: &EvaluatedPose<T>,
-        usual: T,
         slack: T,
         context: &Context<'_, T>,
     ) -> bool {
-        let least = T::lit(MIN_INLIER_RATIO) * usual;
         let limit = T::lit(MAX_NIS) * slack * self.reduced_chi_square();
         evaluated.has_peak()
-            && evaluated.measurement.inlier_share >= least
             && self.innovation(&evaluated.measurement, context).is_some_and(|nis| nis < limit)
     }
 
