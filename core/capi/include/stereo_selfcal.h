@@ -368,7 +368,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_READING = 1202,
     /**
-     * no match fits the estimate; for a range, none near its pixel
+     * no match in the batch fits the estimate; for a range, none near its pixel
      */
     SELFCAL_ERROR_NO_MATCH = 1203,
     /**

@@ -121,7 +121,7 @@ c_enum! {
         SELFCAL_ERROR_NO_BASELINE = 1200,
         /// range or deviation is out of the range of a sensor
         SELFCAL_ERROR_READING = 1202,
-        /// no match fits the estimate; for a range, none near its pixel
+        /// no match in the batch fits the estimate; for a range, none near its pixel
         SELFCAL_ERROR_NO_MATCH = 1203,
         /// the witness contradicts mount and lens
         SELFCAL_ERROR_CONTRADICTS = 1204,

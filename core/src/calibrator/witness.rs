@@ -47,7 +47,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///   several baseline lengths (2 to 6 m for a vehicle). Up to 256 matches are read, 17 times each.
     /// * `&mut Tracks`: the tracked matches that an earlier frame and the frame of the last pair share
     ///   ([`Tracks::quads`]). Each frame is joined to the same earlier frame until the rig has moved far enough for a
-    ///   measurement. Then the last frame becomes the earlier frame.
+    ///   measurement. Then, and after [`MotionError::Contradicts`], the last frame becomes the earlier frame.
     ///
     /// A witness that contradicts the present yaw waits ([`Witnessed::Waiting`]). The present yaw is replaced once
     /// enough contradicting witnesses in a row agree with each other: more than support the present yaw, which takes

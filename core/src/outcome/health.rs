@@ -120,8 +120,8 @@ pub enum NoHealth {
     /// There is no estimate: no pair has been fused, or the fused pairs give no valid one.
     #[error("no pair has been fused")]
     NoEstimate(Option<Cause>),
-    /// No match of the last pair fits the estimate.
-    #[error("no match fits the estimate")]
+    /// The batch holds no match that fits the estimate. It is empty before the first pair after a restore.
+    #[error("the batch holds no match that fits the estimate")]
     NoMatch(Option<Cause>),
 }
 
