@@ -113,8 +113,8 @@ pub(crate) const FREEDOM_RAD: f64 = 8.7e-4;
 pub(crate) const MAX_REDUCED_CHI_SQUARE: f64 = 16.0;
 
 /// Number of pairs of reduced chi-square 1 with which the mean of the reduced chi-square starts; and number of pairs in
-/// the running means of chi-square, noise and inlier share. Larger numbers follow a changing scene later; smaller ones
-/// make the means noisier.
+/// the running means of chi-square and noise. Larger numbers follow a changing scene later; smaller ones make the means
+/// noisier.
 pub(crate) const CHI_SQUARE_PAIRS: f64 = 4.0;
 pub(crate) const AVERAGED_PAIRS: u32 = 50;
 
@@ -166,8 +166,8 @@ pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
 /// same lens differently. A larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
 
-/// Until a witness measures the yaw of the mount, `1 + TURNED_DOUBT` times the squared apparent yaw of the lens is added
-/// to the variances of both yaws, because this yaw may be a turn of the mount. A larger value reports too large a
+/// Until a witness measures the yaw of the mount, `1 + TURNED_DOUBT` times the squared apparent yaw of the lens is
+/// added to the variances of both yaws, because this yaw may be a turn of the mount. A larger value reports too large a
 /// deviation; a smaller one trusts the lens.
 pub(crate) const TURNED_DOUBT: f64 = 0.5;
 
@@ -228,12 +228,11 @@ pub(crate) const CALIBRATED_YAW_SD_RAD: f32 = 8.7e-4;
 /// the estimate to the factory extrinsics.
 pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;
 
-/// Standard deviations above which a difference is not chance. An error of the lens is named; a baseline in use is
-/// replaced by an observed one; the mount has turned since its calibration; a peak of residuals, also of those of high
-/// leverage, exceeds the residuals beside it; and residuals have a gap between two crowds. It is also the error of yaw
-/// that the smallest disparity and the test for depth of the published method allow for. Chance exceeds it in 3 of 1000
-/// cases, and in 1 of 100 where it is the distance of two unknowns. A larger value overlooks errors, and small numbers of
-/// inliers, for longer; a smaller one takes noise for errors, and chance for a peak.
+/// Standard deviations above which a difference is not chance: of an error of the lens from 0, of a baseline in use
+/// from an observed one, of the yaw of the mount from that of its calibration or of a witness, of the number of
+/// residuals in a peak from the number beside it. It is also the error of yaw that the smallest disparity and the test
+/// for depth of the published method allow for. A larger value overlooks errors, and small numbers of inliers, for
+/// longer; a smaller one takes noise for errors, and chance for a peak.
 pub(crate) const SIGNIFICANT: f64 = 3.0;
 
 /// Largest correction in use over the limit of the estimated correction; a baseline that is kept adds to the
@@ -254,8 +253,9 @@ pub(crate) const MOVED_INFORMATION: f64 = 0.1;
 /// Pairs that a challenger needs to take over. A larger number follows a step later; a smaller one follows chance.
 pub(crate) const MIN_AGREED: u16 = 3;
 
-/// Least number of contradicting pairs after which a challenger is dropped; one with many agreeing pairs tolerates more.
-/// A larger number keeps a false challenger longer; a smaller one drops a true challenger because of one poor pair.
+/// Least number of contradicting pairs after which a challenger is dropped; one with many agreeing pairs tolerates
+/// more. A larger number keeps a false challenger longer; a smaller one drops a true challenger because of one poor
+/// pair.
 pub(crate) const MAX_FAILED: u16 = 2;
 
 /// Rejected pairs in a row after which the rig is lost, and every second search starts at the factory extrinsics. A
@@ -276,8 +276,8 @@ pub(crate) const OPEN_COST: f64 = 0.4;
 
 /// Decay factor per pair of the window of the change detection (about 10 pairs) and of a followed drift in the
 /// covariance, and number of the pairs in the window. The window counts as this number of pairs when it replaces older
-/// pairs, and the share of a crowd is a mean over this number. A larger factor or number detects small changes later; a
-/// smaller one forgets them, and lets a drift exceed the reported deviation.
+/// pairs, and the shares of inliers and of a crowd are means over this number. A larger factor or number detects small
+/// changes later; a smaller one forgets them, and lets a drift exceed the reported deviation.
 pub(crate) const WINDOW_DECAY: f64 = 0.9;
 pub(crate) const WINDOW_PAIRS: u32 = 10;
 
@@ -327,8 +327,8 @@ pub(crate) const GROSS_LENS: f64 = 4.0;
 
 /// Test for depth among matches with a common motion: decay factor per pair of the sums. The sum of the scores must
 /// exceed the second value in deviations of chance, and the third value as a share of the matches. A restart keeps the
-/// fourth number of matches. Larger limits disarm a far scene for longer; smaller ones arm with one image on both sides,
-/// by chance or by mismatches along rows.
+/// fourth number of matches. Larger limits disarm a far scene for longer; smaller ones arm with one image on both
+/// sides, by chance or by mismatches along rows.
 pub(crate) const RELIEF_DECAY: f64 = 0.98;
 pub(crate) const RELIEF_SHOWN: f64 = 5.0;
 pub(crate) const RELIEF_SHARE: f64 = 0.05;

@@ -3,7 +3,8 @@
 use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::scalar::Scalar;
 
-/// Standard deviations of the lens parameters of each camera; 0 takes a parameter as exact.
+/// Standard deviations of the errors of the given lens models; 0 takes a parameter as exact. `focal`, `principal_px`
+/// and `k1` apply to each camera; `p1` and `p2` say what they apply to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]

@@ -323,8 +323,8 @@ impl<T: Scalar> RowsYaw<T> {
     }
 }
 
-/// Returns whether a difference exceeds three standard deviations. The comparison is negated, so that a number that is
-/// not finite counts as apart.
+/// Returns whether a difference exceeds [`SIGNIFICANT`] standard deviations. The comparison is negated, so that a
+/// number that is not finite counts as apart.
 fn is_apart<T: Scalar>(off: T, variance: T) -> bool {
     !(off * off <= T::lit(SIGNIFICANT * SIGNIFICANT) * variance)
 }

@@ -1,8 +1,10 @@
 //! Data association of a batch, one pass at a time (`ESTIMATOR.md`, section 13).
 //!
-//! The batch is tracked from the champion and then from the challenger, until the gate of one accepts it. If one of the
-//! two does not exist, the batch is searched from afar instead. If both exist and reject the batch, it supports no
-//! hypothesis.
+//! The batch is tracked from the champion and then from the challenger, as far as they exist, until the gate of one
+//! accepts it. If both exist and reject the batch, it supports no hypothesis. If one of them does not exist, a batch
+//! that is not accepted is searched with a wide loss, and the pose found starts a new challenger. A challenger that has
+//! rejected the batch is replaced only if the pose found fits clearly better. Before the first champion, a search with
+//! the baseline turned may come first.
 
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
@@ -29,8 +31,8 @@ const AFTER_TURNED: u16 = 2 * TRACK_PASSES + 2;
 enum Stage {
     /// No batch is being associated.
     Idle,
-    /// Searches with the baseline turned, before the first champion. If the turned pose does not fit better, the batch
-    /// is then tracked from the challenger.
+    /// Searches with the baseline turned, before the first champion. If the pose found fits clearly better than the
+    /// challenger, or there is no challenger, the batch is refused. Otherwise it is then tracked from the challenger.
     Turned(Turn),
     /// Tracks from the champion.
     Champion,

@@ -330,19 +330,25 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Promotes the challenger to champion once enough pairs support it.
+    /// Promotes the challenger to champion once enough pairs support it. If it agrees with the champion, only the noise
+    /// of its pairs made the champion reject them, because a track assumes the noise of the pairs before. The
+    /// challenger then ends, and the champion takes over its noise.
     #[inline(never)]
     fn promote(&mut self, mut kept: Kept<'_, T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();
-        let takes_over = self.challenger.as_ref().is_some_and(|challenger| {
-            challenger.agreed >= MIN_AGREED
-                && challenger.hypothesis.is_certain(context)
-                && self
-                    .champion()
-                    .is_none_or(|champion| challenger.hypothesis.departs_from(champion, context))
+        let is_supported = self.challenger.as_ref().is_some_and(|challenger| {
+            challenger.agreed >= MIN_AGREED && challenger.hypothesis.is_certain(context)
         });
-        if !takes_over {
+        if !is_supported {
             return if had_champion { Fused::KeptApart } else { Fused::Added };
+        }
+        if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger)
+            && !challenger.hypothesis.departs_from(&champion.hypothesis, context)
+        {
+            champion.hypothesis.take_noise_of(&challenger.hypothesis);
+            self.challenger = None;
+            self.rejected = 0;
+            return Fused::KeptApart;
         }
         if let Some(champion) = self.champion() {
             kept.keep(kept.learned(champion, context));

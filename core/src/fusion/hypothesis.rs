@@ -50,7 +50,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
     /// Running mean of the noise of a coordinate, px.
     noise: T,
     /// Running mean of the inlier share.
-    pub(super) inlier_share: T,
+    inlier_share: T,
     /// Running mean of [`PairMeasurement::crowd`].
     crowd: T,
     /// Exponentially fading sums of [`PairMeasurement::high_leverage`].
@@ -183,8 +183,8 @@ impl<T: Scalar> Hypothesis<T> {
         }
         let gain = T::ONE / T::count(self.pairs.min(AVERAGED_PAIRS));
         self.noise += (measurement.noise - self.noise) * gain;
-        self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
         let gain = T::ONE / T::count(self.pairs.min(WINDOW_PAIRS));
+        self.inlier_share += (measurement.inlier_share - self.inlier_share) * gain;
         self.crowd += (measurement.crowd - self.crowd) * gain;
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
@@ -278,6 +278,11 @@ impl<T: Scalar> Hypothesis<T> {
     /// Returns the noise of a coordinate, px.
     pub(super) fn noise(&self) -> T {
         self.noise
+    }
+
+    /// Replaces the noise by that of another hypothesis.
+    pub(super) fn take_noise_of(&mut self, other: &Self) {
+        self.noise = other.noise;
     }
 
     /// Returns the share of matches whose residuals lie on one side beyond the peak ([`PairMeasurement::crowd`]), over

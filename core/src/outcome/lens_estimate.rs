@@ -13,8 +13,9 @@ use crate::thresholds::{BAD_PX, GROSS_LENS, SIGNIFICANT};
 pub struct Finding<T> {
     /// Estimated error: the true value minus the given value.
     pub value: T,
-    /// Standard deviation of the value; at first the standard deviation of the prior. It includes a sixth of the value,
-    /// because the weights of the matches were computed with the given lens and may hide this part of an error.
+    /// Standard deviation of the value; at first the standard deviation of the prior. For the parameters of
+    /// [`LensEstimate`] it includes a sixth of the error that is not compensated: the weights of the matches were
+    /// computed with this error and may hide a sixth of it.
     pub sd: T,
 }
 

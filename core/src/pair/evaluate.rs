@@ -247,8 +247,9 @@ impl<T: Scalar> EvaluatedPose<T> {
         ahead > self.stats.near() * T::HALF
     }
 
-    /// Tests a pose that is already known from other pairs. Returns whether the residuals form a peak at zero that holds
-    /// half of the share of matches that a pose found by a search needs, the inliers are the largest group, not too many near points are behind the cameras, and the disparities differ.
+    /// Tests a pose that is already known from other pairs. Returns whether the residuals form a peak at zero that
+    /// holds half of the share of matches that a pose found by a search needs, the inliers are the largest group, not
+    /// too many near points are behind the cameras, and the disparities differ.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR)

@@ -137,8 +137,8 @@ pub(crate) const SETTLED: f64 = 0.05;
 pub(crate) const SPARE_PASSES: u16 = 8;
 
 /// Least part of near residuals among the usable ones at a pose that is found from afar: its base value, its increase
-/// per px of noise, and its upper limit. The part increases because many outliers lie within a wide peak. Larger values
-/// refuse pairs full of outliers; smaller ones accept a local optimum.
+/// per px of noise, and its upper limit; a tracked pose needs half of it. The part increases because many outliers lie
+/// within a wide peak. Larger values refuse pairs full of outliers; smaller ones accept a local optimum.
 pub(crate) const FOUND_NEAR: [f64; 2] = [0.15, 0.25];
 pub(crate) const FOUND_NEAR_MOST: f64 = 0.6;
 

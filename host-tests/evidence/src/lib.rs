@@ -59,12 +59,13 @@ const LEAD: &str = "Errors of the estimated extrinsics of a stereo rig for this 
 /// Methods that are too slow to run after every pair.
 const BATCH: [&str; 1] = ["bundle"];
 
-/// Evaluates all methods and writes the page into a folder, which is made; writes nothing elsewhere.
+/// Evaluates the methods of the request, or all methods if it names none, and writes the page into a folder, which is
+/// created if it does not exist; writes nothing elsewhere.
 ///
 /// * `bar`: advances with every measurement.
 ///
 /// # Errors
-/// If a data set cannot be read, or a file of the folder cannot be written.
+/// If a method is unknown, a data set cannot be read, or a file of the folder cannot be read or written.
 pub fn evaluate(request: &Request, dir: &Path, bar: &Bar) -> Result<Evaluated> {
     let sets = recorded_sets::all(&request.data)?;
     let methods = request.methods()?;

@@ -1,8 +1,9 @@
 //! Synthetic pairs with exact truth: a shipped image, and the view that a second camera would have of a scene of
 //! planes.
 //!
-//! The left image is cut into tiles. Each tile lies on a slanted plane at a depth of its own. Every pixel of the right
-//! image shows the nearest plane, through the homography of the plane. Both images get noise.
+//! The left image is cut into tiles. Each tile lies on a slanted plane at a depth of its own. A pixel of the right
+//! image shows the nearest tile that it sees, through the homography of the plane of this tile, or mid grey if it sees
+//! none. Both images get noise.
 
 use std::io::BufWriter;
 use std::path::Path;

@@ -126,10 +126,11 @@ impl Calibration {
         })
     }
 
-    /// The common camera of both rectified views.
+    /// The rotations to both rectified views, and their common camera.
     ///
-    /// * `size`: size of the rectified images, px, with the shape of the left image; by default the size of the left
-    ///   image.
+    /// * `alpha`: zoom, as in [`RectifiedCamera::try_choose`].
+    /// * `size`: width and height of the rectified images, px, with the aspect ratio of the left image to within 1 %;
+    ///   by default the size of the left image.
     fn rectified(&self, alpha: f64, size: Size) -> PyResult<Rectification> {
         let CoreCalibration { cameras, extrinsics, .. } = self.core()?;
         let rotations = RectifyingRotations::from(&extrinsics);

@@ -1,14 +1,16 @@
 //! Hansen, Alismail, Rander and Browning, "Online continuous stereo extrinsic parameter estimation",
 //! CVPR 2012.
 //!
-//! Literal: per pair, the five parameters of least epipolar error, the squared distances of both points to
-//! their epipolar lines, summed; over pairs a Kalman filter of a constant rig, each pair measured with the
-//! covariance of its Cramer-Rao bound.
+//! Literal: the estimate of a pair minimises the sum, over its matches, of the squared distances of both points to
+//! their epipolar lines. A Kalman filter of a constant rig fuses these estimates; the covariance of each is its
+//! Cramer-Rao bound.
 //!
-//! Filled in: outliers have a Huber weight beyond 1 px, on the root of that sum; with
-//! [`Tuning::rejecting`](super::Tuning) they are removed as published, beyond 2.5 robust deviations, and the
-//! plain sum of squares is minimised over the others. Prior, process noise and the matches that the bound
-//! counts (`filter`, `gate`); each pair is solved from the start.
+//! Filled in:
+//! - Outliers: Huber's loss with a threshold of 1 px, on the root of the sum of both squared distances of a match. With
+//!   [`Tuning::rejecting`](super::Tuning), matches beyond 2.5 robust deviations are removed, as published, and the sum
+//!   of squares is minimised over the others.
+//! - Prior and process noise of the filter (`filter`), and the choice of the matches that the bound counts (`gate`).
+//! - Each pair is solved from the extrinsics at which the run starts, not from the last estimate.
 
 use nalgebra::Vector5;
 use stereo_selfcal::Extrinsics;

@@ -51,7 +51,8 @@ struct Block {
     miss: f64,
 }
 
-/// `prior` updated by all blocks of a pair, linearised at `at`.
+/// `prior` updated by the blocks of a pair, without the outliers, linearised at `at`. `None` if a covariance is not
+/// positive definite.
 fn updated(prior: &Belief, at: &Pose, rays: &[Rays], noise: f64) -> Option<Belief> {
     let blocks: Vec<Block> = rays.iter().filter_map(|rays| block(at, rays, noise)).collect();
     let limit = limit(blocks.iter().map(|block| block.miss), noise);

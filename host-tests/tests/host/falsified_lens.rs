@@ -8,6 +8,9 @@ use stereo_selfcal::{Config, Extrinsics, Fused, LensTracking, State};
 
 const SETS: [&str; 2] = ["opencv_chess_corners", "opencv_chess_sift"];
 
+/// Number of pairs of each set, and so of their cyclic orders.
+const ORDERS: usize = 13;
+
 /// Largest ratio of an error to its reported deviation, with the lens uncertain.
 const MOST_SD: f64 = 2.5;
 
@@ -45,6 +48,7 @@ fn run(name: &str, falsified: Falsified, tracking: LensTracking) -> RunLog {
 /// Replays the pairs from number `first` on, then those before it.
 fn run_from(first: usize, name: &str, falsified: Falsified, tracking: LensTracking) -> RunLog {
     let mut set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
+    assert_eq!(set.pairs.len(), ORDERS);
     set.pairs.rotate_left(first);
     let Falsified { focal, k1, cx, cy } = falsified;
     let [[fx, _, px], [_, fy, py], _] = &mut set.meta.k_r;
@@ -103,7 +107,7 @@ fn errors_with_compensation_are_covered_and_runs_without_a_correction_equal_thos
     }
 }
 
-/// Each set has 13 pairs; the order decides whether they suffice.
+/// The order decides whether the pairs suffice.
 #[test]
 fn a_wrong_focal_length_is_corrected_in_12_of_13_orders_of_the_pairs() {
     for name in SETS {
@@ -111,8 +115,8 @@ fn a_wrong_focal_length_is_corrected_in_12_of_13_orders_of_the_pairs() {
             let is_corrected = |first: &usize| {
                 run_from(*first, name, falsified, LensTracking::Compensate).has_begun_again()
             };
-            let corrected = (0..13).filter(is_corrected).count();
-            assert!(corrected >= 12, "{name} {falsified:?}: {corrected}");
+            let corrected = (0..ORDERS).filter(is_corrected).count();
+            assert!(corrected >= ORDERS - 1, "{name} {falsified:?}: {corrected}");
         }
     }
 }
@@ -125,11 +129,14 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_correct_lens() {
         let (right, of_right) = end(&run(name, Falsified::default(), LensTracking::Compensate));
         for falsified in cases() {
             let case = format!("{name} {falsified:?}");
-            let log = run(name, falsified, LensTracking::Compensate);
             let Falsified { focal, k1, .. } = falsified;
-            if !log.has_begun_again() {
+            let orders = if focal == 0.0 { 1 } else { ORDERS };
+            let mut logs =
+                (0..orders).map(|first| run_from(first, name, falsified, LensTracking::Compensate));
+            let Some(log) = logs.find(RunLog::has_begun_again) else {
+                assert!(focal == 0.0, "{case}");
                 continue;
-            }
+            };
             let (estimate, error) = end(&log);
             let corrected = Verdict::Accepted(Fused::LensCorrected);
             let pairs =

@@ -5,7 +5,7 @@ use super::*;
 use crate::algebra::block_variances::BlockVariances;
 use crate::depth::mount::MountYaw;
 use crate::fusion::lens_reference::LensReference;
-use crate::thresholds::{FOUND_NEAR, WINDOW_PAIRS};
+use crate::thresholds::{FOUND_NEAR, FOUND_NEAR_MOST, WINDOW_PAIRS};
 use nalgebra::Vector5;
 use std::vec::Vec;
 
@@ -44,12 +44,17 @@ fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
     let champion = fused(&pairs(0.0, 0..10), 1, &context);
     let turned = 0.1_f64.to_radians();
     for (by, expected) in [(0.0, Fused::KeptApart), (turned, Fused::TookOver)] {
-        let mut both = hypotheses(Some(&champion), &fused(&pairs(by, 20..23), 1, &context));
+        let challenger = fused(&pairs(by, 20..23), 1, &context);
+        let mut both = hypotheses(Some(&champion), &challenger);
         assert_eq!(
             both.promote(Kept { reference: &mut reference, mount: &mut mount }, &context),
             expected
         );
-        assert_eq!(both.challenger().is_some(), by == 0.0);
+        // A challenger that agrees ends, too; the champion takes over its noise.
+        assert!(both.challenger().is_none());
+        let after = both.champion().unwrap();
+        assert_eq!(after.noise(), challenger.noise());
+        assert_eq!(after.pose() == champion.pose(), by == 0.0);
     }
 }
 
@@ -93,11 +98,14 @@ fn a_pair_passes_a_gate_only_with_a_peak_of_enough_matches() {
     // A tracked pose needs half of the share of near residuals that a pose found from afar needs.
     let near = pair.stats.within[0];
     let [base, per_px] = FOUND_NEAR;
-    let share = 0.5 * (base + per_px * pair.measurement.noise);
-    for (part, passes) in [(0.99, true), (1.01, false)] {
-        let mut many = pair;
-        many.stats.usable = part * near / share;
-        assert_eq!(hypothesis.gate(&many, 1.0, &context), passes);
+    let of_pair = base + per_px * pair.measurement.noise;
+    for (noise, share) in [(pair.measurement.noise, of_pair), (4.0, FOUND_NEAR_MOST)] {
+        for (part, passes) in [(0.99, true), (1.01, false)] {
+            let mut many = pair;
+            many.measurement.noise = noise;
+            many.stats.usable = part * near / (0.5 * share);
+            assert_eq!(hypothesis.gate(&many, 1.0, &context), passes, "{noise}");
+        }
     }
     let mut flat = EvaluatedPose { stats: EvaluatedPose::NONE.stats, ..pair };
     flat.stats.usable = pair.stats.usable;

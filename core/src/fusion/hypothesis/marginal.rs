@@ -79,9 +79,10 @@ impl<T: Scalar> Hypothesis<T> {
         self.marginal.variances.of_turns() > T::ZERO
     }
 
-    /// Returns the optimum of sums whose rig differs from the estimate by a random effect.
+    /// Returns the most probable pose of the rig that the sums describe, if a random effect displaces this rig from the
+    /// estimate: the optimum of the sums with a prior about the estimate. `None` if there is no such pose.
     ///
-    /// * `variances`: variances of the random effect, rad^2.
+    /// * `variances`: variances of the random effect, and so of the prior, rad^2.
     #[inline(never)]
     fn displaced_optimum(
         &self,

@@ -177,6 +177,19 @@ fn poses_between_two_crowds_are_not_fused() {
 }
 
 #[test]
+fn a_second_crowd_after_many_good_pairs_is_doubted_within_35_pairs() {
+    let mut calibrator = robust::<f32>();
+    for seed in 0..60 {
+        take(&mut calibrator, &scene(ROTATION, seed)).unwrap();
+    }
+    let doubted = (0..40).position(|seed| {
+        let _ = take(&mut calibrator, &fence(118, 3.0, 100 + seed));
+        calibrator.proposal().unwrap().reasons().contains(Reason::SecondMode)
+    });
+    assert!(doubted.is_some_and(|pairs| (2..35).contains(&pairs)), "{doubted:?}");
+}
+
+#[test]
 fn a_second_crowd_as_large_is_doubted_until_it_is_gone() {
     let mut calibrator = robust::<f32>();
     let before = calibrator.in_use().extrinsics;

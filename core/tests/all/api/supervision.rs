@@ -259,7 +259,7 @@ fn a_drift_of_small_steps_is_noticed_and_followed() {
             worst = worst.max(off[axis].abs() / ten_pairs);
         }
         assert!(renewals >= 4 && locks >= 150, "{axis} {step}: {renewals} {locks}");
-        // The windows over recent pairs see the drift that no single pair shows.
+        // The window over recent pairs sees the drift that no single pair shows.
         assert!(renewed >= 1, "{axis} {step}");
         // 25 deviations of ten pairs are eight deviations of a single pair.
         assert!(worst < 25.0, "{axis} {step}: {worst}");
@@ -339,4 +339,21 @@ fn a_rig_that_creeps_beyond_the_correction_limit_stops_short_of_it() {
     }
     assert!(refused);
     assert_ne!(calibrator.state(), State::Locked);
+}
+
+#[test]
+fn a_matcher_that_becomes_four_times_as_noisy_keeps_the_rig_locked() {
+    for one_in in [3, 250] {
+        let mut calibrator = locked();
+        let noisy = |seed| correspondences(&rig(ROTATION, BASELINE), 250, 2.0, seed);
+        let states: Vec<State> = (2000..2020)
+            .map(|seed| {
+                let _ = take(&mut calibrator, &with_outliers(noisy(seed), one_in));
+                calibrator.state()
+            })
+            .collect();
+        println!("{one_in} {states:?}");
+        assert!(states.ends_with(&[State::Locked; 10]), "{one_in} {states:?}");
+        assert!(is_of(&calibrator.proposal().unwrap(), ROTATION), "{one_in}");
+    }
 }

@@ -54,7 +54,7 @@ fn the_table_of_the_state_matches_its_bytes() {
     assert!((pitch / expected - 1.0).abs() < 0.1, "{pitch} {expected}");
     let [noise] = numbers(&record, place(&rows, "noise of a coordinate"));
     assert!((0.1..0.6).contains(&noise), "{noise}");
-    let [inliers, crowd] = numbers(&record, place(&rows, "usual share"));
+    let [inliers, crowd] = numbers(&record, place(&rows, "mean share"));
     assert!((0.5..1.0).contains(&inliers) && crowd.abs() < 0.1, "{inliers} {crowd}");
     let [claimed, ..] = numbers::<1>(&record, place(&rows, "mount: share"));
     assert_eq!(claimed, 1.0);

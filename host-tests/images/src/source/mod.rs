@@ -169,7 +169,8 @@ impl Source {
     /// * `tolerance_s`: largest difference of the time stamps of a pair.
     ///
     /// # Errors
-    /// If the place is empty or its layout unknown.
+    /// If the tolerance is negative or not finite, there are not one or two places, two places are wanted side by side,
+    /// a place cannot be read or has no images, or its layout or format is unknown or not supported.
     pub fn open(places: &[PathBuf], wanted: &Wanted, tolerance_s: f64) -> Result<Self> {
         ensure!(tolerance_s >= 0.0 && tolerance_s.is_finite(), "the tolerance must be 0 s or more");
         match places {
