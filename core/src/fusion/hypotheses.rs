@@ -330,9 +330,9 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Promotes the challenger to champion once enough pairs support it. If it agrees with the champion, only the noise
-    /// of its pairs made the champion reject them, because a track assumes the noise of the pairs before. The
-    /// challenger then ends, and the champion takes over its noise.
+    /// Promotes the challenger to champion once enough pairs support it. If it agrees with the champion, it ends
+    /// instead, and the champion takes over its noise: a track assumes the noise of the pairs before, so a champion
+    /// rejects pairs of much larger noise.
     #[inline(never)]
     fn promote(&mut self, mut kept: Kept<'_, T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();

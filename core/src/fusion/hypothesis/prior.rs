@@ -179,7 +179,7 @@ mod tests {
         let steady = fused(&pairs, 2, &context());
         let drifting = steady.drifting(Vector5::repeat(1e-2));
         let [one, other] =
-            [steady, drifting].map(|h| resumed(&h, &context()).covariance(&context()));
+            [steady, drifting].map(|h| resumed(&h, &context()).covariance(&context()).unwrap());
         assert_eq!(one, other);
     }
 

@@ -342,7 +342,7 @@ fn a_rig_that_creeps_beyond_the_correction_limit_stops_short_of_it() {
 }
 
 #[test]
-fn a_matcher_that_becomes_four_times_as_noisy_keeps_the_rig_locked() {
+fn a_rig_is_locked_again_ten_pairs_after_its_matcher_became_four_times_as_noisy() {
     for one_in in [3, 250] {
         let mut calibrator = locked();
         let noisy = |seed| correspondences(&rig(ROTATION, BASELINE), 250, 2.0, seed);
@@ -352,7 +352,6 @@ fn a_matcher_that_becomes_four_times_as_noisy_keeps_the_rig_locked() {
                 calibrator.state()
             })
             .collect();
-        println!("{one_in} {states:?}");
         assert!(states.ends_with(&[State::Locked; 10]), "{one_in} {states:?}");
         assert!(is_of(&calibrator.proposal().unwrap(), ROTATION), "{one_in}");
     }
