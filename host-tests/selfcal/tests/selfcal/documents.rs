@@ -202,6 +202,25 @@ fn the_quick_rows_of_the_campaigns_are_what_they_measure() {
     assert!(equal.lines().count() >= 6, "{equal}");
 }
 
+/// Runs `selfcal matcher` and returns the last two numbers of its last line: geometric means for `t` and for `R`.
+fn means_of_the_matcher(args: &[&str]) -> [String; 2] {
+    let text = selfcal(&[&["matcher"], args].concat()).stdout();
+    let last = text.lines().last().and_then(|line| line.strip_prefix("geometric mean"));
+    let means: Vec<&str> = last.unwrap_or_else(|| panic!("{text}")).split_whitespace().collect();
+    [2, 1].map(|from_end| means[means.len() - from_end].to_owned())
+}
+
+#[test]
+fn the_means_of_the_matcher_are_what_it_measures() {
+    let made = tempfile::tempdir().unwrap();
+    let made = ["--made", made.path().to_str().unwrap()];
+    for (of, args) in [("15 views", &[][..]), ("12 pairs", &made)] {
+        let [t, r] = means_of_the_matcher(args);
+        let stated = format!("Geometric mean over the {of}: `e_t` {t}, `e_theta` {r}");
+        assert!(EVIDENCE.contains(&stated), "{stated}");
+    }
+}
+
 /// The number, with a comma between thousands.
 fn bytes(n: usize) -> String {
     if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }
