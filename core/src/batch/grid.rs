@@ -86,7 +86,7 @@ impl CellSet {
         self.0 == [0; 2]
     }
 
-    /// Returns whether all cells of the set are in the upper left quarter of the image.
+    /// Returns whether all cells of the set are in the upper left quarter of the image. False for the empty set.
     pub(crate) fn is_of_a_corner(self) -> bool {
         self.is_within([COLUMNS / 2, ROWS / 2])
     }
@@ -105,9 +105,10 @@ impl CellSet {
         (columns < COLUMNS || rows < ROWS) && self.is_within([columns, rows])
     }
 
-    /// Returns whether all cells of the set are within the first `columns` columns and the first `rows` rows.
+    /// Returns whether all cells of the set are within the first `columns` columns and the first `rows` rows. False for
+    /// the empty set.
     fn is_within(self, [columns, rows]: [u16; 2]) -> bool {
-        let mut within = true;
+        let mut within = !self.is_empty();
         self.for_each(|cell| {
             let (column, row) = (cell.bits() % COLUMNS, cell.bits() / COLUMNS);
             within &= column < columns && row < rows;

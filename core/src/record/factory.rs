@@ -1,4 +1,4 @@
-//! Calibration of a rig in production, as a record. It is written once, and every estimate starts from it.
+//! Calibration of a rig in production, as a record. Every estimate starts from it.
 
 use super::codec::{Reader, Writer, seal};
 use super::{FACTORY, OVERHEAD_BYTES, believe};
@@ -48,7 +48,10 @@ const fn is_baseline(metres: f32) -> bool {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
+#[cfg_attr(
+    feature = "serde",
+    serde(remote = "Self", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+)]
 pub struct FactoryCalibration<T: Scalar> {
     /// Both cameras.
     pub cameras: Cameras<T>,
@@ -78,8 +81,9 @@ impl<T: Scalar> FactoryCalibration<T> {
 
     /// Sets the standard deviation of the yaw of `R`, rad. Robust preset only.
     ///
-    /// Rows do not separate yaw from an error `a x y` of the lenses, so depth relies on the factory yaw until the rig
-    /// changes. A larger value lets the rows change the yaw more; a smaller one keeps an error of the calibration.
+    /// Rows do not separate this yaw from the apparent yaw of the lens, so depth relies on the factory yaw until the
+    /// rig changes or a witness measures the yaw. A larger value lets the rows change the yaw more; a smaller one keeps
+    /// an error of the calibration.
     ///
     /// # Errors
     /// [`ConfigError::FactoryYaw`] if the value is outside 1e-6 to 1.
@@ -112,7 +116,7 @@ impl<T: Scalar> FactoryCalibration<T> {
         }
     }
 
-    /// Returns the standard deviation of the yaw of `R`, rad; `None` for a guess.
+    /// Returns the standard deviation of the yaw of `R`, rad; `None` if the yaw is unknown, as in a guess.
     pub const fn yaw_sd_rad(&self) -> Option<f32> {
         self.yaw_sd_rad
     }
@@ -120,6 +124,13 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// Returns the length of the baseline, m; `None` if it was not measured.
     pub const fn baseline_m(&self) -> Option<f32> {
         self.baseline_m
+    }
+
+    /// Returns the same calibration, if yaw and baseline are unknown or within their ranges.
+    #[cfg(feature = "serde")]
+    fn checked(self) -> Result<Self, ConfigError> {
+        let made = self.yaw_sd_rad.map_or(Ok(self), |rad| self.with_yaw_sd_rad(rad))?;
+        made.baseline_m.map_or(Ok(made), |metres| made.with_baseline_m(metres))
     }
 
     /// Returns the calibration as a record. The numbers of the record are `f32`.
@@ -142,7 +153,7 @@ impl<T: Scalar> FactoryCalibration<T> {
     /// Reads a record.
     ///
     /// # Errors
-    /// [`RestoreError`].
+    /// [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`], [`RestoreError::Absurd`].
     #[inline(never)]
     pub fn from_record(record: &[u8]) -> Result<Self, RestoreError> {
         let (mut from, more) = Reader::begin(record, FACTORY, BYTES)?;
@@ -155,6 +166,21 @@ impl<T: Scalar> FactoryCalibration<T> {
         let [yaw_sd_rad, baseline_m] = from.numbers().map(known);
         believe(yaw_sd_rad.is_none_or(is_yaw_sd) && baseline_m.is_none_or(is_baseline))?;
         Ok(Self { cameras, extrinsics, yaw_sd_rad, baseline_m })
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar + serde::Serialize> serde::Serialize for FactoryCalibration<T> {
+    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
+        Self::serialize(self, to)
+    }
+}
+
+#[cfg(feature = "serde")]
+impl<'de, T: Scalar + serde::Deserialize<'de>> serde::Deserialize<'de> for FactoryCalibration<T> {
+    /// Reads a calibration, and refuses a yaw or a baseline out of its range.
+    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
+        Self::deserialize(from)?.checked().map_err(serde::de::Error::custom)
     }
 }
 

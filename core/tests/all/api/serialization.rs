@@ -63,6 +63,12 @@ fn cameras_and_parameters_are_checked() {
     let good = comes_back(&Config::robust());
     let message = refused::<Config>(&good.replace(":1000,", ":3,"));
     assert!(message.contains("memory must be at least 20 pairs"), "{message}");
+    let good = comes_back(&factory::<f32>(Lens::Pinhole).with_baseline_m(0.12).unwrap());
+    for (number, absurd, named) in [("0.0008", "2.0", "yaw"), ("0.12", "-0.12", "baseline")] {
+        assert!(good.contains(number), "{good}");
+        let message = refused::<FactoryCalibration<f32>>(&good.replacen(number, absurd, 1));
+        assert!(message.contains(named), "{message}");
+    }
 }
 
 #[test]
