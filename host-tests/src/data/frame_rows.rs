@@ -1,9 +1,9 @@
 //! Matches of many pairs in one CSV file: one row for each match, with a column `frame` that names its pair.
 //!
 //! The first line names the columns, in any order: `frame,ul,vl,ur,vr`, and optionally `score` (default 1) and `step`
-//! (default 0). The numbers have the same meaning as in a pair file. `frame` is a whole number; the rows of a frame
-//! follow each other. Empty lines are skipped. This module splits lines itself, because the `csv` crate accepts lines
-//! of any length, and a pipe may never end its line.
+//! (default 0). The numbers have the same meaning as in a pair file. `frame` is a whole number from 0; the rows of a
+//! frame follow each other. Empty lines are skipped. This module splits lines itself, because the `csv` crate accepts
+//! lines of any length, and a pipe may never end its line.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, Read};
@@ -51,7 +51,8 @@ impl<R: BufRead> FrameRows<R> {
             ended: false,
         };
         let header = rows.next_line()?.ok_or(FrameRowsError::Empty)?;
-        (rows.places, rows.fields) = columns(&header).map_err(FrameRowsError::Header)?;
+        let refused = |why| FrameRowsError::Header { line: rows.line, why };
+        (rows.places, rows.fields) = columns(&header).map_err(refused)?;
         Ok(rows)
     }
 
@@ -145,7 +146,7 @@ impl<R: BufRead> Iterator for FrameRows<R> {
 
 /// Position of each column, and the number of columns.
 fn columns(header: &str) -> Result<([Option<usize>; COLUMNS.len()], usize), String> {
-    // Spreadsheets start with a byte order mark and quote the names.
+    // Spreadsheets write a byte order mark first, and quote the names.
     let header = header.trim_start_matches('\u{feff}');
     let names: Vec<&str> =
         header.split(',').map(|name| name.trim().trim_matches('"').trim()).collect();
@@ -196,7 +197,7 @@ mod tests {
         for (text, said) in [
             (String::new(), "empty"),
             ("0,1,2,3,4\n".into(), "line 1: there is no header"),
-            ("frame,ul,vl,ur\n".into(), "line 1: there is no column `vr`"),
+            ("\nframe,ul,vl,ur\n".into(), "line 2: there is no column `vr`"),
             ("frame,ul,vl,ur,vr,scores\n".into(), "`scores` is not one"),
             ("frame,ul,vl,ur,vr,ul\n".into(), "twice"),
             ("frame,ul,vl,ur,vr\n".into(), "no matches below the header"),

@@ -16,13 +16,18 @@ pub const MOST_ROWS: usize = 1 << 20;
 pub enum FrameRowsError {
     /// It cannot be read.
     Io(io::Error),
-    /// It is empty.
+    /// It has only empty lines, or no line.
     Empty,
     /// The first line does not name the columns.
-    Header(String),
+    Header {
+        /// The line.
+        line: u64,
+        /// The error in it.
+        why: String,
+    },
     /// It has no matches below the header.
     NoRows,
-    /// A line is longer than [`LONGEST_LINE`], or not text.
+    /// A line is longer than [`LONGEST_LINE`], or not UTF-8 text.
     Line(u64),
     /// The number of fields of a line differs from the header.
     Fields {
@@ -33,7 +38,7 @@ pub enum FrameRowsError {
         /// Number of fields in the header.
         expected: usize,
     },
-    /// A frame is not a whole number.
+    /// The number of a frame is not a whole number from 0.
     Frame {
         /// The line.
         line: u64,
@@ -70,9 +75,9 @@ impl fmt::Display for FrameRowsError {
         match self {
             Self::Io(why) => why.fmt(f),
             Self::Empty => f.write_str("it is empty"),
-            Self::Header(why) => write!(
+            Self::Header { line, why } => write!(
                 f,
-                "line 1: {why}; the first line names the columns frame,ul,vl,ur,vr and optionally score,step"
+                "line {line}: {why}; the first line names the columns frame,ul,vl,ur,vr and optionally score,step"
             ),
             Self::NoRows => f.write_str("there are no matches below the header"),
             Self::Line(line) => {

@@ -62,7 +62,7 @@ impl Streamed {
     }
 }
 
-/// Name, bytes, and a progress bar over the bytes, or over the pairs if the end is unknown.
+/// Name, bytes, and a progress bar over the bytes, or over the pairs if the length is unknown.
 fn source(place: &Path) -> Result<(String, Box<dyn Read>, Rc<Bar>)> {
     let pairs = || Rc::new(progress::counting("pairs"));
     if place == Path::new("-") {
@@ -80,7 +80,7 @@ fn source(place: &Path) -> Result<(String, Box<dyn Read>, Rc<Bar>)> {
     Ok((name, Box::new(Metered { file, bar: bar.clone() }), bar))
 }
 
-/// The first line, or the first bytes that are not text.
+/// Reads up to the end of the first line, the first byte that is not text, or [`LONGEST_LINE`] bytes.
 fn start(source: &mut impl BufRead) -> io::Result<Vec<u8>> {
     let mut start = Vec::new();
     while start.len() < LONGEST_LINE && is_text(&start) && !start.contains(&b'\n') {
@@ -113,7 +113,7 @@ impl Read for Metered {
     }
 }
 
-/// The pairs of a stream of frames; its counters are printed at the end.
+/// The pairs of a stream of frames. At the end its counters are printed; a stream without a whole frame is an error.
 struct Frames<R> {
     reader: FrameReader<R>,
     rig: Meta,

@@ -10,10 +10,10 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::faults::FaultArgs;
 
-/// Frames of one decoder.
+/// Largest number of frames that are sent to one decoder.
 const SHARE: u32 = 20_000;
 
-/// A bad wire.
+/// Default faults: those of a bad wire.
 const FAULTS: Faults = Faults { damaged: 0.2, dropped: 0.02, repeated: 0.02, noise_after: 0.05 };
 
 /// Send generated frames over a wire with faults, through the decoder, and check its output.
@@ -57,7 +57,7 @@ pub(crate) fn link(args: &LinkArgs) -> Result<()> {
 
 fn print(counts: &SoakCounts) -> Result<()> {
     let mut out = io::stdout();
-    // A damaged frame passes by chance if it has the checksum of another.
+    // The checksum of a damaged frame fits by chance with a probability of 2^-32.
     #[expect(clippy::cast_precision_loss, reason = "a share of a chance")]
     let by_chance = counts.damaged as f64 / 2.0_f64.powi(32);
     for (what, count) in [

@@ -45,7 +45,8 @@ pub fn read_rig(places: &[PathBuf], unknowns: Unknowns) -> Result<Meta> {
     }
 }
 
-/// Whether a place is a `meta.json`, a folder with one, or the name of a data set.
+/// Whether a place is a file with the keys of a `meta.json`, a folder with a `meta.json`, or a place that does not
+/// exist and may be the name of a data set.
 fn is_ours(place: &Path) -> bool {
     if place.is_dir() {
         return place.join("meta.json").is_file();

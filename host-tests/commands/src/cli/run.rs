@@ -27,8 +27,8 @@ pub(crate) struct RunArgs {
     apply: Apply,
 
     /// Points at known distances: a CSV file with the columns pair,u,v,range_m,sd_m,along and optionally ur,vr. pair:
-    /// from 0; u, v: pixel of the left image; along: ray or axis; ur, vr: the same point in the right image, without which
-    /// a match within 3 px of u, v tells it. They tell yaw from the lens, and need baseline_m.
+    /// from 0; u, v: pixel of the left image; along: ray or axis; ur, vr: the same point in the right image; without
+    /// them a match within 3 px of u, v tells it. The points tell yaw from the lens, and need baseline_m.
     #[arg(long, value_name = "FILE")]
     ranges: Option<PathBuf>,
 

@@ -36,7 +36,7 @@ pub(crate) struct Source {
     #[arg(long, value_enum, default_value_t, requires = "view")]
     turned: TurnedCamera,
 
-    /// Angle of the turn.
+    /// Angle of the turn, degrees.
     #[arg(long, default_value_t = 5.0, requires = "view", value_name = "D")]
     degrees: f64,
 }
@@ -103,7 +103,7 @@ pub(super) enum Recording {
     Streamed(Streamed),
 }
 
-/// The rig in the folder of a file.
+/// The rig of `meta.json` in the folder of a file. An error if the rig moves (`rigs.csv` is there).
 fn rig_beside(file: &Path) -> Result<Meta> {
     let name = file.display();
     let meta = file.with_file_name("meta.json");

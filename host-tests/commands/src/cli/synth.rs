@@ -108,13 +108,14 @@ pub struct SynthArgs {
     #[arg(long, value_name = "D")]
     vibration: Option<f64>,
 
-    /// A rangefinder that reads every tenth pair: its standard deviation over the distance, at most 0.3. It tells yaw from
-    /// the lens. With --out, the readings are in ranges.csv.
+    /// A rangefinder that reads every tenth pair: its standard deviation over the distance, 0.001 to 0.3. It tells yaw
+    /// from the lens. With --out, the readings are in ranges.csv.
     #[arg(long, value_name = "SHARE", value_parser = share, conflicts_with = "rays")]
     rangefinder: Option<f64>,
 
-    /// Way of the vehicle along the optical axis between two pairs with tracked matches, every tenth pair, in baselines, and
-    /// its turn, degrees. Motion tells yaw from the lens. With --out, the tracks are in quads/.
+    /// Motion of the vehicle before every tenth pair, over which matches are tracked: distance along the left optical
+    /// axis, in baselines, and turn about the vertical axis, degrees. Motion tells yaw from the lens. With --out, the
+    /// tracks are in quads/.
     #[arg(long, value_parser = travel, value_name = "LENGTHS,DEGREES", allow_hyphen_values = true,
           conflicts_with = "rays")]
     travel: Option<[f64; 2]>,
@@ -127,12 +128,12 @@ pub struct SynthArgs {
     #[arg(long, value_parser = numbers::<f64, 3>, value_name = "X,Y,Z", allow_hyphen_values = true)]
     axis: Option<[f64; 3]>,
 
-    /// Turn of the vehicle between the two exposures (rate times trigger skew), about a random axis, in the second half
-    /// of the run, degrees.
+    /// Turn of the vehicle between the exposures of left and right (rate times trigger skew), about a random axis, in
+    /// the second half of the run, degrees.
     #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
     skew: f64,
 
-    /// The same with an alternating sign from pair to pair, in the whole run, degrees.
+    /// Turn as with --skew, but in the whole run and with a sign that alternates from pair to pair, degrees.
     #[arg(long, default_value_t = 0.0, value_name = "D", allow_hyphen_values = true)]
     alternating_skew: f64,
 

@@ -1,4 +1,5 @@
-//! Basalt's calibration, in JSON: `T_imu_cam` takes points of a camera to the IMU, in metres, as a quaternion.
+//! Basalt's calibration, in JSON: `T_imu_cam` takes points of a camera to the IMU, as a quaternion and a translation in
+//! metres.
 
 use anyhow::{Context, Result, bail};
 

@@ -1,7 +1,7 @@
 //! Stereo calibration of Bouguet's toolbox for MATLAB, as it saves or prints it.
 //!
-//! `om` is the rotation vector, rad: `x_r = R x_l + T`. The centre of the first pixel is at `(0, 0)`, the coefficients are
-//! `k1 k2 p1 p2 k3`, and `T` is in the unit of the board.
+//! `om` is the rotation vector, rad: `x_r = R x_l + T`. The centre of the first pixel is at `(0, 0)`, the coefficients
+//! are `k1 k2 p1 p2 k3`, and `T` is in the unit of the board.
 
 use anyhow::{Result, ensure};
 

@@ -15,7 +15,7 @@ use host_tests::data::{LensModel, Meta};
 struct Sensor {
     /// Number in `cameras.txt`.
     camera: Option<f64>,
-    /// A camera of its own, without size.
+    /// Model and parameters of the camera in the file of the rig itself, which has no image sizes.
     own: Option<(String, Vec<f64>)>,
     from_rig: Rigid,
     place: String,
@@ -48,7 +48,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 /// Fields of a row of a rig.
 const FIELDS: &str = "RIG_ID NUM_SENSORS REF_TYPE REF_ID, and TYPE ID HAS_POSE [QW QX QY QZ TX TY TZ] of each other sensor";
 
-/// The sensors of the first row: [`FIELDS`].
+/// The cameras of the first row ([`FIELDS`]): the reference sensor if it is a camera, then those that have a pose.
 fn of_table(table: &Value) -> Result<Vec<Sensor>> {
     let rows = table.items();
     let row =
@@ -59,15 +59,17 @@ fn of_table(table: &Value) -> Result<Vec<Sensor>> {
             format!("{}: the row of the rig is cut short: expected {FIELDS}", row.place())
         })
     };
-    let mut sensors = vec![Sensor {
-        camera: Some(word(3)?.number()?),
-        own: None,
-        from_rig: Rigid::NONE,
-        place: row.place().to_owned(),
-    }];
+    let mut sensors = Vec::new();
+    let mut add = |kind: &Value, camera: f64, from_rig: Rigid| {
+        if kind.text() == "CAMERA" {
+            let place = row.place().to_owned();
+            sensors.push(Sensor { camera: Some(camera), own: None, from_rig, place });
+        }
+    };
+    add(word(2)?, word(3)?.number()?, Rigid::NONE);
     let mut at = 4;
     while at < words.len() {
-        let (kind, camera) = (word(at)?.text(), word(at + 1)?.number()?);
+        let (kind, camera) = (word(at)?, word(at + 1)?.number()?);
         let has_pose = word(at + 2)?.number()? != 0.0;
         at += 3;
         if has_pose {
@@ -79,14 +81,7 @@ fn of_table(table: &Value) -> Result<Vec<Sensor>> {
             let [w, x, y, z, a, b, c] = seven;
             let from_rig =
                 Rigid::of_quaternion([w, x, y, z], [a, b, c]).map_err(|why| row.refuse(why))?;
-            if kind == "CAMERA" {
-                sensors.push(Sensor {
-                    camera: Some(camera),
-                    own: None,
-                    from_rig,
-                    place: row.place().to_owned(),
-                });
-            }
+            add(kind, camera, from_rig);
         }
     }
     Ok(sensors)

@@ -9,7 +9,7 @@ use anyhow::{Context, Result, ensure};
 use super::node::{Node, Value};
 use super::syntax;
 
-/// Endings of the rig files of a folder.
+/// Endings of the rig files of a folder, in the order of preference.
 const ENDINGS: [&str; 6] = ["yaml", "yml", "json", "xml", "txt", "conf"];
 
 /// The files of a COLMAP model that describe its rig.
@@ -31,7 +31,7 @@ impl Document {
     /// Writes documents into a folder, which is made.
     ///
     /// # Errors
-    /// If one of the files exists, before any is written, or a file cannot be written.
+    /// If one of the files exists, before any is written, or the folder or a file cannot be written.
     pub fn save_all(documents: &[Self], dir: &Path) -> Result<Vec<PathBuf>> {
         let paths: Vec<PathBuf> = documents.iter().map(|d| dir.join(d.name)).collect();
         for path in &paths {
@@ -63,7 +63,7 @@ impl File {
 }
 
 impl Files {
-    /// Reads files; a folder stands for its rig files, YAML before others.
+    /// Reads files; a folder stands for its rig files, of one kind only: YAML if there is any.
     ///
     /// # Errors
     /// Names the file, and the line that cannot be understood.
@@ -130,7 +130,7 @@ impl Files {
         self.0.iter().map(File::value)
     }
 
-    /// Adds a file of that name beside the others, unless it is among them.
+    /// Reads the file of that name in the folder of the first file and adds it, unless it is among the files.
     pub(super) fn beside(&mut self, name: &str) -> Result<()> {
         let name = Path::new(name);
         let named =
@@ -165,7 +165,8 @@ fn text(path: &Path) -> Result<String> {
     syntax::text_of(fs::read(path)?)
 }
 
-/// The rig files of a folder; if there is YAML, only the YAML files.
+/// The rig files of a folder: those of a COLMAP model if there are at least two. Otherwise the files with the first of
+/// [`ENDINGS`] that occurs, where `yaml` and `yml` count as one.
 fn rigs_of(dir: &Path) -> Result<Vec<PathBuf>> {
     let name = dir.display();
     let entries = fs::read_dir(dir).with_context(|| format!("cannot list {name}"))?;

@@ -16,7 +16,7 @@ use host_tests::data::{LensModel, Meta};
 /// Numbers of sockets that stand for no socket.
 const NONE: [i32; 2] = [-1, 255];
 
-/// Largest number of sockets of a camera.
+/// Largest number of sockets in a chain of extrinsics; a wrong file may have a circular chain.
 const MOST: usize = 16;
 
 /// The left and right sockets on the vendor's boards.
@@ -72,7 +72,7 @@ fn sides(file: &Value, unknowns: Unknowns) -> Result<[i32; 2]> {
     })
 }
 
-/// The sockets that a camera leads to, one after the other, and the transform to each.
+/// The sockets that the extrinsics of a camera lead to, its own socket first, and the transform of points to each, m.
 fn ways<'a>(sockets: &'a [Socket<'a>], from: &'a Socket<'a>) -> Result<Vec<(i32, Rigid)>> {
     let mut ways = vec![(from.number, Rigid::NONE)];
     let mut here = from;

@@ -1,4 +1,4 @@
-//! Reads rigs from files of other tools, and writes those of OpenCV, Kalibr and ROS.
+//! Reads rigs from files of other tools, and writes rigs as files of OpenCV, Kalibr and ROS.
 //!
 //! Our convention is `p_r = R p_l + t`, `|t| = 1`, with the length of the baseline beside it, in metres. The table in
 //! `formats` has the formats that are read and the convention of each.

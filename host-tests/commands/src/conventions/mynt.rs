@@ -1,7 +1,7 @@
 //! The calibration that `get_img_params` of MYNT EYE cameras prints.
 //!
-//! `Extrinsics right to left` hold `R` and `T` of `cv::stereoRectify`, against their name: `x_r = R x_l + T`, with `T` in
-//! millimetres.
+//! `Extrinsics right to left` hold `R` and `T` of `cv::stereoRectify`, despite their name: `x_r = R x_l + T`, with `T`
+//! in millimetres.
 
 use anyhow::Result;
 use nalgebra::Vector3;

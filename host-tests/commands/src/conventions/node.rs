@@ -136,7 +136,7 @@ impl<'de> Visitor<'de> for AnyNode {
     }
 }
 
-/// A count, unless it is negative, broken or too large.
+/// The number as a count; `None` if it is negative, has a fraction or is above 65535.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "it is in range")]
 fn whole(number: f64) -> Option<u16> {
     let is_whole = number.fract() == 0.0 && (0.0..=f64::from(u16::MAX)).contains(&number);
@@ -203,7 +203,7 @@ impl<'a> Value<'a> {
         all.iter().map(|(key, _)| key.as_str()).collect()
     }
 
-    /// A word; empty if it is blank.
+    /// The value as text; empty if it is blank.
     pub(super) fn text(&self) -> String {
         if *self.node == Node::Null { String::new() } else { self.node.to_string() }
     }
@@ -292,7 +292,7 @@ impl<'a> Value<'a> {
         Ok([[a, b, c], [d, e, f], [g, h, i]])
     }
 
-    /// `[R t; 0 1]`, or `[R t]`.
+    /// `[R t; 0 1]`, or `[R t]` with `rows: 3` and `cols: 4`. An error if `R` is not a rotation.
     pub(super) fn transform(&self) -> Result<Rigid> {
         let numbers = self.numbers()?;
         let (rows, last) = numbers.split_at(numbers.len().min(12));

@@ -1,9 +1,9 @@
 //! OpenCV's `FileStorage`, as the sample `stereo_calib.cpp` writes it in YAML, XML or JSON, and the same matrices as
 //! plain lists under common names.
 //!
-//! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`): our convention except for the length of `T`. Image
-//! size and `fisheye_model` are the keys of the sample `camera_calibration.cpp`. Without `R` the rectification `R1 R2 P2`
-//! has the extrinsics, as in ROS.
+//! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`): our convention except for the length of `T`.
+//! Image size and `fisheye_model` are the keys of the sample `camera_calibration.cpp`. Without `R` the rectification
+//! `R1 R2 P2` has the extrinsics, as in ROS.
 
 use std::fmt::Write;
 
@@ -17,10 +17,10 @@ use super::rigid::Rigid;
 use super::{Document, Files, scale};
 use host_tests::data::{LensModel, Meta};
 
-/// Keys of `stereo_calib.cpp`.
+/// Keys of `stereo_calib.cpp` that tell its format.
 pub(super) const KEYS: [&str; 4] = ["M1", "M2", "R", "T"];
 
-/// Keys of lists.
+/// Keys that tell the format of plain lists: names of the left camera matrix.
 pub(super) const LISTS: [&str; 5] = ["K1", "cameraMatrix1", "camera_matrix_left", "K_left", "K_l"];
 
 /// Names of the camera matrices, left and right.

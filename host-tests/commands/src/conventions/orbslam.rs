@@ -18,7 +18,7 @@ fn number(file: &Value, key: &str) -> Result<f64> {
     file.need(&[key], "a number")?.number()
 }
 
-/// Width and height of all images, px.
+/// Width and height of a side's images, px. The file has one size for both sides.
 fn size_of(file: &Value, side: usize, unknowns: Unknowns) -> Result<[u16; 2]> {
     let own = match (
         file.get(&["Camera.width", "Camera.cols"]),

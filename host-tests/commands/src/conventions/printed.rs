@@ -21,8 +21,8 @@ pub(super) fn parse(text: &str) -> Option<Result<Node>> {
     }
 }
 
-/// `get_img_params` of MYNT EYE: `Intrinsics left: {key: value, ..}` after the prefix of its log. A word without value,
-/// the lens, is left out: its keys tell it too.
+/// `get_img_params` of MYNT EYE: `Intrinsics left: {key: value, ..}` after the prefix of its log. The lens model may
+/// stand there as a word without value. It is left out, because the keys of a lens tell its model.
 fn mynt(text: &str) -> Node {
     let braced = |name: &str| {
         let inside = text.split_once(&format!("{name}: {{"))?.1.split_once('}')?.0;
@@ -90,7 +90,7 @@ fn kalibr(text: &str) -> Result<Node> {
     Ok(Node::Map(cameras.into_iter().map(|(name, keys)| (name, Node::Map(keys))).collect()))
 }
 
-/// The models of a camera's class.
+/// The camera model and the lens model of a class of Kalibr, such as `DistortedPinholeCameraGeometry`.
 fn geometry(class: &str) -> Vec<(String, Node)> {
     let class = class.rsplit('.').next().unwrap_or_default();
     let name = class.split("CameraGeometry").next().unwrap_or_default();
@@ -104,7 +104,7 @@ fn geometry(class: &str) -> Vec<(String, Node)> {
     vec![text("camera_model", camera), text("distortion_model", lens)]
 }
 
-/// `[R t]` row by row.
+/// `[R t; 0 1]` row by row, from a quaternion `x y z w` in the JPL convention and a translation.
 fn way(quaternion: &[f64], t: &[f64]) -> Result<Node> {
     let (&[x, y, z, w], &[a, b, c]) = (quaternion, t) else {
         bail!("expected q of four numbers and t of three")

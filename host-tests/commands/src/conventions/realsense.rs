@@ -87,6 +87,9 @@ pub(super) fn table(files: &Files, unknowns: Unknowns) -> Result<Meta> {
             views.push(View::pinhole(camera_matrix([fx, fy, cx, cy]), size));
         }
     }
+    if views.is_empty() {
+        bail!("{}: no rectified stream has both a size and a focal length", file.place());
+    }
     let wanted = unknowns.sizes.map(|[left, _]| left);
     let found = match (views.as_slice(), wanted) {
         ([one], None) => Some(one),

@@ -17,7 +17,7 @@ const FIELDS: std::ops::RangeInclusive<u16> = 8..=30;
 /// Step between two fields, degrees.
 const FIELD_STEP: u16 = 5;
 
-/// Points along each border that must be seen.
+/// Number of parts of each border between the points that must be seen.
 const BORDER: u16 = 16;
 
 /// Rotations into the rectified frame, and the common camera of both views there.
@@ -32,9 +32,11 @@ pub(super) struct Rectified {
 }
 
 impl Rectified {
-    /// The rectified rig. Both cameras see every rectified pixel (alpha 0).
+    /// The rectified rig.
     ///
-    /// * `field_deg`: field of view of the wanted part across the left image; `None`: all that both see.
+    /// * `field_deg`: field of view of the wanted part across the left image, which the cameras need not see in full.
+    ///   `None`: both cameras see every rectified pixel (alpha 0). If that is too wide for a plane: the widest part
+    ///   that both see.
     pub(super) fn of(meta: &Meta, field_deg: Option<f64>) -> Result<Self> {
         let turns = QuarterTurns::upright(meta);
         let upright = if turns.is_none() { meta.clone() } else { turns.meta(meta) };
@@ -91,7 +93,7 @@ fn chosen(
     })
 }
 
-/// The part with this field of view across an image of the left camera's size, centred on its axis.
+/// The part with this field of view across an image of the left camera's size, with the principal point in the middle.
 fn of_field(cameras: &Cameras<f64>, degrees: f64) -> RectifiedCamera<f64> {
     let last = cameras.left.intrinsics().size.map(|n| f64::from(n) - 1.0);
     let focal = last[0] / 2.0 / (degrees.to_radians() / 2.0).tan();

@@ -123,7 +123,8 @@ pub(super) fn lens_of(model: Option<&Value>) -> Result<LensModel> {
 
 /// `R` and `b t` of two rectifying rotations.
 ///
-/// * `stands`: position of the right camera along the first and the second axis of the rectified frame, m.
+/// * `[x, y]`: position of the right camera along the first and the second axis of the rectified frame; `b t` is in its
+///   unit.
 pub(super) fn of_rectification([r_l, r_r]: [&Matrix3<f64>; 2], [x, y]: [f64; 2]) -> Rigid {
     let t = -(r_r.row(0).transpose() * x + r_r.row(1).transpose() * y);
     Rigid { r: r_r.transpose() * r_l, t }
@@ -212,7 +213,7 @@ pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Res
     Ok(meta)
 }
 
-/// Whether the core accepts it.
+/// Checks that the core accepts the rig, and that a known baseline is above 0.
 pub(super) fn check(meta: &Meta) -> Result<()> {
     meta.cameras::<f64>()?;
     Pose { r: meta.r, t: meta.t, baseline_m: meta.baseline_m }.extrinsics()?;

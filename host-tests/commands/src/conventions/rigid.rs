@@ -32,7 +32,7 @@ impl Rigid {
         Ok(Self { r: *r.matrix(), t: t.into() })
     }
 
-    /// Whether `R` is a rotation.
+    /// An error unless `R` is a rotation.
     pub(super) fn check(&self) -> Result<()> {
         ensure!(
             self.r.iter().any(|x| *x != 0.0),

@@ -41,7 +41,7 @@ const ECHO: Keys = Keys {
 
 /// One camera.
 pub(super) struct Info<'a> {
-    /// The camera of the file, without region of interest and binning.
+    /// The camera. Region of interest and binning of the file are not read.
     view: View,
     r: Matrix3<f64>,
     p: [f64; 12],
@@ -84,7 +84,7 @@ fn size(value: &Value, keys: &Keys) -> Result<[u16; 2]> {
     ])
 }
 
-/// `P`, and its place.
+/// `P`, and its place. An error unless fx and fy are above 0.
 fn projection(value: &Value, keys: &Keys) -> Result<([f64; 12], String)> {
     let p = value.need(keys.p, "a projection matrix (3 x 4)")?;
     let numbers = p.shaped::<12>(3, 4)?;
@@ -103,7 +103,7 @@ fn pair<'a>(
 ) -> Result<[Info<'a>; 2]> {
     let found = files.with(keys.p);
     let count = found.len();
-    // A file without P is named by the key that it lacks.
+    // If a file lacks P, all files are read, so that the error names the file and the key.
     let found = if count == 2 { found } else { files.values().collect() };
     ensure!(found.len() == 2, "{files}: expected two files, left and right, not {}", found.len());
     let mut infos = found.into_iter().map(|value| read(value, keys)).collect::<Result<Vec<_>>>()?;

@@ -1,5 +1,5 @@
-//! Trees of texts that are neither YAML nor JSON: XML of OpenCV, `name=value`, lists as numpy prints them, tables of
-//! COLMAP, bare numbers.
+//! Trees of texts in any syntax: YAML, JSON, XML of OpenCV, `name=value`, lists as numpy prints them, tables of COLMAP,
+//! bare numbers, and texts that tools print.
 
 use std::path::Path;
 
@@ -110,7 +110,7 @@ fn yaml(text: &str) -> Result<Node> {
     Ok(rooted(node))
 }
 
-/// An error without the picture of its line, and without the names of options of the library.
+/// The first line of an error of the library, without the quoted line of the file and the names of library options.
 fn first_line(why: &str) -> &str {
     let line = why.lines().find(|line| !line.trim().is_empty()).unwrap_or(why).trim();
     line.split(", set DuplicateKeyPolicy").next().unwrap_or(line)
@@ -156,8 +156,8 @@ fn ini(text: &str) -> Node {
     Node::Map(sections)
 }
 
-/// `name=value` or `name: value` a line, of Middlebury, Python and MATLAB: a value continues to the next name. `%` starts
-/// a comment, and `±` a deviation.
+/// `name=value` or `name: value` a line, of Middlebury, Python and MATLAB: a value continues to the next name. `%`
+/// starts a comment, `±` a deviation; both are ignored, and so are lines that start with `#`.
 fn assignments(text: &str) -> Node {
     let mut all: Vec<(String, String)> = Vec::new();
     let is_name = |name: &str| {

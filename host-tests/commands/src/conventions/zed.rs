@@ -5,7 +5,7 @@
 //! side of the right camera. If there are sections `LEFT_DISTO` and `RIGHT_DISTO`, they have the lens of all modes; the
 //! simpler lens in the sections of the modes is then ignored.
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use nalgebra::{Rotation3, Vector3};
 
 use super::Files;
@@ -42,6 +42,12 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let section = |side: &str, name: &str| file.get(&[format!("{side}_CAM_{name}").as_str()]);
     let there: Vec<&(&str, [u16; 2])> =
         RESOLUTIONS.iter().filter(|(name, _)| section("LEFT", name).is_some()).collect();
+    if there.is_empty() {
+        bail!(
+            "{}: there are no intrinsics of the left camera: expected LEFT_CAM_HD or another",
+            file.place()
+        );
+    }
     let wanted = unknowns.sizes.map(|[left, _]| left);
     let found = match (there.as_slice(), wanted) {
         ([one], None) => Some(*one),

@@ -1,4 +1,4 @@
-//! A page of evidence: one HTML file with its pictures inside, and a CSV file of every number.
+//! A page of evidence: one HTML file with its pictures inside, and a CSV file for each table and each figure.
 //!
 //! A page has sections; a section has paragraphs, tables and figures. A table or a figure comes with a caption, the
 //! command that reproduces it, and its numbers. The page loads nothing.

@@ -61,7 +61,7 @@ impl Cell {
         Self { full: value.to_string(), ..Self::number(number, 0) }
     }
 
-    /// An empty cell with the reason.
+    /// A cell without a value: it shows `shown`, and the reason on hovering.
     #[must_use]
     pub fn missing(shown: &str, why: impl Into<String>) -> Self {
         let why = why.into();

@@ -1,4 +1,4 @@
-//! Coverage of the images by matches. Areas without matches are not calibrated.
+//! Coverage of the images by matches. In areas without matches a run does not test the lens.
 
 use stereo_selfcal::Scalar;
 
@@ -29,7 +29,7 @@ impl Cells {
         let rows = (f64::from(height) / edge).ceil().to_u16().max(1);
         let mut counts = vec![0; usize::from(COLUMNS) * usize::from(rows)];
         for point in points {
-            // The image begins half a pixel before the centre of its first one.
+            // The image begins half a pixel before the centre of its first pixel.
             let [column, row] = point.map(|x| ((x + 0.5) / edge).to_u16());
             let cell =
                 usize::from(row) * usize::from(COLUMNS) + usize::from(column.min(COLUMNS - 1));
@@ -49,7 +49,7 @@ impl Cells {
         places.zip(self.counts.iter().copied())
     }
 
-    /// Cells without a match are left empty.
+    /// The picture of the cells; those without a match are left empty. A cell of `most` matches is brightest.
     fn svg(&self, [width, height]: [u16; 2], most: u32) -> String {
         let [right, bottom] = [width, height].map(f64::from);
         let scale = WIDTH / right.max(1.0);

@@ -8,7 +8,7 @@ use host_tests::run::{DepthErrors, RunLog};
 pub struct Replayed<'a> {
     /// The data set.
     pub set: &'a Dataset,
-    /// Results of an evaluation.
+    /// Log of the replay.
     pub log: &'a RunLog,
     /// Measured error of depth, if true depths are known.
     pub depth: Option<DepthErrors>,

@@ -46,7 +46,7 @@ pub struct Estimates {
     pub reference: Extrinsics<f64>,
 }
 
-/// Largest distance of the estimates from the reference, rad, along each axis of the pictures of its surroundings.
+/// Largest distance of the estimates from the reference along an axis of the enlarged pictures, rad: of `t` and of `v`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reach {
     t: f64,
@@ -149,7 +149,8 @@ fn axis(w: &Vector3<f64>) -> Vector3<f64> {
     w.try_normalize(f64::MIN_POSITIVE).unwrap_or(Vector3::z())
 }
 
-/// Two directions across `normal`, as far right and as far down as possible.
+/// Two unit vectors perpendicular to `normal`: to the right, and as far down as possible. If `normal` is near the y
+/// axis, z takes the place of down.
 fn across(normal: &Vector3<f64>) -> [Vector3<f64>; 2] {
     let down = if normal.y.abs() < 0.9 { Vector3::y() } else { Vector3::z() };
     let right = down.cross(normal).normalize();
@@ -191,7 +192,8 @@ fn titled(title: &str) -> Svg {
 
 /// The surroundings of the reference, by arc length.
 ///
-/// * `reach`: least visible range, rad; `unit`: its name, and its number in 1 rad.
+/// * `reach`: least visible distance from the reference, rad.
+/// * `(unit, factor)`: unit of the axes, and its number in 1 rad.
 fn zoom(directions: &Directions, title: &str, reach: f64, (unit, factor): (&str, f64)) -> String {
     let by_arc = directions.by_arc();
     let unrolled = |p: &Vector3<f64>| (by_arc(p).map(|x| x * factor), true);

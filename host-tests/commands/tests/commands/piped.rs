@@ -122,7 +122,7 @@ fn a_pair_is_solved_before_the_input_ends() {
     let mut input = child.stdin.take().unwrap();
     input.write_all(text.as_bytes()).unwrap();
     let mut lines = BufReader::new(child.stdout.take().unwrap()).lines().map(Result::unwrap);
-    // The last frame may be incomplete.
+    // More matches of the last frame may follow, so it is solved at the end of the input.
     assert!(lines.any(|line| line.starts_with("   1 ")));
     drop(input);
     let rest: Vec<String> = lines.collect();
@@ -208,7 +208,7 @@ fn generated_scenes_count_by_reason_too() {
 #[test]
 fn a_long_run_is_thinned_for_its_row_offsets_only() {
     let set = shipped();
-    // The run is longer than the number of matches held.
+    // The run has more matches than are held in memory.
     let pairs: Vec<Vec<Match>> = set.pairs.iter().cycle().take(1400).cloned().collect();
     assert!(pairs.iter().map(Vec::len).sum::<usize>() > 1 << 18);
     let text = by_frame(&pairs);

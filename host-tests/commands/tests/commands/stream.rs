@@ -57,7 +57,7 @@ fn a_stream_replays_to_the_bits_of_the_controller_that_received_it() {
     let sender = Sender::of(&set).unwrap();
     let frames = (0..).zip(&set.pairs).flat_map(|(i, pair)| sender.frame(i, pair).0);
     let bytes: Vec<u8> = frames.collect();
-    // Two pairs are longer than its capacity.
+    // Two pairs have more matches than the capacity of the controller.
     let factory = FactoryCalibration::guess(set.cameras().unwrap());
     let mut controller = Box::new(Calibrator::<f32, 256>::new(Config::robust(), &factory));
     let (mut rest, mut decoder) = (&bytes[..], Decoder::new());

@@ -6,6 +6,7 @@ use crate::on_recorded::ErrorPair;
 use crate::step_response::{PAIRS, StepResponse, TURN_DEG};
 use crate::verdict::OURS;
 use host_tests::chart::curves::{self, Curve, Line, Scale};
+use host_tests::stats::geometric_mean;
 use rivals::Variant;
 use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
 
@@ -59,16 +60,15 @@ fn table(findings: &Findings<'_>) -> Table {
     table
 }
 
-/// Ours, and the best steady and the best agile filter over the whole run.
+/// Ours, and the best rival without and the best with agile process noise, over the whole run.
 fn drawn<'a>(findings: &'a Findings<'_>) -> Vec<(String, &'a StepResponse)> {
     let mean = |response: &StepResponse| {
-        let logs = response.iter().flatten().map(|[t, _]| t.ln());
-        logs.sum::<f64>()
+        let errors = response.iter().flatten().map(|[t, _]| *t);
+        geometric_mean(errors).unwrap_or(f64::INFINITY)
     };
     let responses = || findings.step_responses.iter();
     let best = |which: &dyn Fn(&Variant) -> bool| {
-        let all =
-            responses().filter(|(by, response)| which(by) && response.iter().any(Option::is_some));
+        let all = responses().filter(|(by, response)| which(by) && mean(response).is_finite());
         all.min_by(|(_, a), (_, b)| mean(a).total_cmp(&mean(b)))
     };
     let ours = best(&|by| by.method.name() == OURS);

@@ -55,7 +55,7 @@ fn rows_of_a_warp_are_gone_after_rectification_with_the_exported_lens_yaw() {
     let warp = ["--rotation", "0.4,-0.3,0.5", "--lens-error", "a_r=0.008"];
     let set = path("set");
     stdout(&[&["synth", "--pairs", "30", "--out", set.as_str()], &warp[..]].concat());
-    // The start is a calibration of yaw, so the lens takes the remaining rows.
+    // The start counts as a calibration of yaw, so the remaining row offsets are attributed to the lens.
     let start = path("set/meta.json");
     for format in ["opencv", "ros", "kalibr"] {
         let out = path(format);
@@ -73,14 +73,15 @@ fn rows_of_a_warp_are_gone_after_rectification_with_the_exported_lens_yaw() {
     let set = host_tests::data::Dataset::find(std::path::Path::new(&set)).unwrap();
     let [[f, _, cx], [_, _, cy], _] = set.meta.k_l;
     let mut squares = [0.0; 2];
-    // Sums that measure the part of the rows proportional to `x y`.
+    // Sums that measure the part of the row offsets proportional to `x y`.
     let mut with_xy = [0.0; 2];
     for m in set.pairs.iter().flatten() {
         let ray = |u: f64, v: f64| nalgebra::Vector3::new((u - cx) / f, (v - cy) / f, 1.0);
         let [l, r] = [r1 * ray(m.ul, m.vl), r2 * ray(m.ur, m.vr)];
         let [x, y] = [l.x / l.z, l.y / l.z];
         let before = r.y / r.z - y;
-        // The left row of a table that samples at `y - a x y`.
+        // Without and with a look-up table of the left image. It reads the source row `y - a x y` for the row `y`, so
+        // that a point of the row `y` appears at `y + a x y`.
         for (i, row) in [before, before - a * x * y].into_iter().enumerate() {
             squares[i] += row * row;
             with_xy[i] += row * x * y;

@@ -69,6 +69,10 @@ fn lenses_and_cameras_match_the_files() {
         let colmap = read(&named(name)).unwrap();
         assert_eq!((colmap.k_l[0][2], colmap.k_r[1][2]), (367.0, 255.0));
     }
+    // The first camera has the pose of the reference sensor here.
+    let imu = with("COLMAP", "1 2 CAMERA 1 ", "1 3 IMU 7 CAMERA 1 1 1 0 0 0 0 0 0 ");
+    let [imu, colmap] = [imu, named("COLMAP")].map(|sample| read(&sample).unwrap());
+    assert_eq!((imu.k_l, imu.k_r, imu.r, imu.t), (colmap.k_l, colmap.k_r, colmap.r, colmap.t));
     let luxonis = read(&named("Luxonis")).unwrap();
     assert_eq!((luxonis.lens, luxonis.dist_l[7]), (LensModel::Rational, 0.16));
     let zed = read(&named("ZED")).unwrap();
@@ -128,7 +132,7 @@ fn the_sockets_that_a_file_names_and_those_that_are_asked_for_are_taken() {
 
 #[test]
 fn openvins_may_have_the_way_from_the_imu_instead() {
-    // The left camera is at the identity, so the transform of the right camera from the IMU is R and T.
+    // The left camera frame is the IMU frame, so the transform from the IMU to the right camera is R and T.
     let cam = |n: usize, rows: &str| {
         format!(
             "cam{n}:\n  T_cam_imu:\n{rows}  distortion_model: radtan\n  distortion_coeffs: [0.1, 0.0, 0.0, 0.0]\n  camera_model: pinhole\n  \

@@ -49,7 +49,7 @@ fn journey(format: Format, meta: &Meta) -> (Vec<Document>, Meta) {
     (documents.clone(), read(files, Unknowns::default()).unwrap())
 }
 
-/// The common part of all formats.
+/// Bits of the numbers that all formats have: cameras, lens coefficients, `R` and `t`.
 fn numbers(meta: &Meta) -> Vec<u64> {
     let of = [meta.k_l.concat(), meta.k_r.concat(), meta.dist_l.clone(), meta.dist_r.clone()];
     of.concat().iter().chain(&meta.r.concat()).chain(&meta.t).map(|x| x.to_bits()).collect()
@@ -68,7 +68,7 @@ fn close(a: [f64; 3], b: [f64; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12)
 }
 
-/// Rigs of both lenses, with and without a baseline.
+/// Rigs with radial-tangential lenses and one with fisheyes, with and without the length of the baseline.
 fn rigs() -> Vec<Meta> {
     let mut rigs: Vec<Meta> =
         Dataset::SHIPPED.iter().map(|name| Dataset::find(Path::new(name)).unwrap().meta).collect();
@@ -235,7 +235,7 @@ fn an_unknown_baseline_is_said_in_the_file() {
     }
 }
 
-/// A fault, and words of its message.
+/// Replaces `from` by `to` once in each file, and checks that the error has all `words`.
 fn refused<'a>(
     files: impl IntoIterator<Item = (&'a str, &'a str)>,
     from: &str,

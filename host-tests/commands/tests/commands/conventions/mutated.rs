@@ -48,7 +48,7 @@ const ADVICE: [&str; 13] = [
 /// Number of damaged files of each format: of a usual run, and with `CAMPAIGN=1`.
 const EACH: [usize; 2] = [40, 200];
 
-/// One of so many damaged files that are read is also written again.
+/// Every so many rounds, the rig of the damaged files is also written again in all formats, if it is read.
 const WRITTEN: usize = 10;
 
 /// Adds a random damage to a text.

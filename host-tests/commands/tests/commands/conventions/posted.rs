@@ -1,4 +1,4 @@
-//! Peculiarities of files that people post, each with the answer from its numbers alone. The README of the command
+//! Peculiarities of files that people post, each with the answer from its numbers alone. `host-tests/selfcal/README.md`
 //! lists their sources.
 #![allow(clippy::float_cmp, reason = "numbers of a file come out as they are")]
 
@@ -81,7 +81,7 @@ fn the_lists_of_cameras_have_their_own_keys_for_the_same_numbers() {
     assert_eq!((maplab.lens, maplab.dist_r[3], maplab.height), (LensModel::Fisheye, 0.056, 480));
     let spectacular = read(&named("Spectacular AI")).unwrap();
     assert_eq!((spectacular.k_l[1][1], spectacular.dist_l[1]), (285.25, 0.04));
-    // Its pinhole has three radial terms.
+    // The pinhole of Spectacular AI has three radial terms.
     let mut pinhole = with("Spectacular AI", "kannala-brandt4", "pinhole");
     pinhole.files[0].1 = pinhole.files[0].1.replace(", 0.006]", "]");
     assert_eq!(read(&pinhole).unwrap().dist_l, [-0.005, 0.04, 0.0, 0.0, -0.037]);
@@ -113,6 +113,10 @@ fn a_calibration_table_of_a_realsense_has_a_camera_for_each_size() {
     sample.unknowns = Unknowns::default();
     let several = refusal(read(&sample));
     assert!(several.contains("--size 1920,1080 or 1280,720"), "{several}");
+    let none = refusal(read(&with("RealSense table", "width", "breadth")));
+    assert!(none.contains("no rectified stream has both a size"), "{none}");
+    let none = refusal(read(&with("ZED", "LEFT_CAM", "MIDDLE_CAM")));
+    assert!(none.contains("expected LEFT_CAM_HD or another"), "{none}");
 }
 
 #[test]

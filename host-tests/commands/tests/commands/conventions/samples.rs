@@ -1,4 +1,4 @@
-//! A sample of each format, all of one made-up rig.
+//! A sample of each format, most of them of one made-up rig.
 //!
 //! `R` turns about x by an angle of the 3-4-5 triangle, `T` = (-0.12, 0.01, 0.02) m: the point (0, 0, 5) of the left
 //! camera is at (-0.12, -2.99, 4.02) in the right one, whose centre is (0.12, -0.02, -0.01) in the left frame. If a
