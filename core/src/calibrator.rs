@@ -32,12 +32,13 @@ use step::Step;
 /// Online calibrator of one stereo rig, for up to `N` correspondences per pair.
 ///
 /// The same correspondences in the same order give the same result, bit for bit. The calibrator uses no heap, no clock
-/// and no I/O. A call takes at most one pass over the batch; only [`Calibrator::take_pair`] and
+/// and no I/O. A call takes at most about the time of one pass over the batch; only [`Calibrator::take_pair`] and
 /// [`Calibrator::solve_pair`] take all passes of a pair.
 ///
-/// The batch holds the correspondences of one pair: all that were pushed since the previous pair ended. A pair ends
-/// with its outcome, fused or not. Its correspondences stay in the batch for [`Calibrator::health`] and
-/// [`Calibrator::push_witness`]. The next pushed correspondence begins a new batch.
+/// The batch holds the correspondences of one pair, which were pushed since the previous pair ended; from more than `N`
+/// it holds a selection. A pair ends with its outcome, fused or not. Its correspondences stay in the batch for
+/// [`Calibrator::health`] and [`Calibrator::push_witness`], except after [`crate::Fused::LensCorrected`]. The next
+/// pushed correspondence begins a new batch.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct the calibrator in its static cell with
 /// `StaticCell::init_with(|| Calibrator::new(..))`. That needs 11 kB less flash than a `const` block (256
@@ -82,9 +83,9 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     pub(crate) frozen: bool,
     /// Progress of the pair in the batch.
     step: Step,
-    /// Why the last pair was not fused.
+    /// Why the last pair was not fused; `None` if it was, or if a pair is being solved.
     rejection: Option<Rejection>,
-    /// Mistakes in rig file or matcher that pairs have shown.
+    /// Mistakes in rig file or matcher that pairs have shown since the last lock.
     causes: Causes,
     /// Evidence of depth in pairs whose matches all have the same motion between the images.
     pub(crate) relief: Relief<T>,
@@ -97,8 +98,8 @@ pub struct Calibrator<T: Scalar, const N: usize> {
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Returns a calibrator that starts at the factory calibration. The first pairs are solved from it, and the
-    /// correction limit is measured from it. Row offsets alone do not determine yaw. Until the rig changes, the
-    /// estimate keeps the factory yaw, weighted by [`FactoryCalibration::yaw_sd_rad`].
+    /// correction limit is measured from it. Row offsets alone do not determine yaw. In the robust preset, the estimate
+    /// keeps the factory yaw until the rig changes, weighted by [`FactoryCalibration::yaw_sd_rad`].
     ///
     /// Another factory calibration needs a new calibrator: a firmware saves that calibration and restarts.
     // Inlined, so that the value is written in place, without a copy on the stack.
@@ -123,8 +124,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    /// Puts the factory calibration back into use, forgets the batch, the pair and all fused pairs, and releases a
-    /// freeze.
+    /// Puts the factory calibration back into use, and releases a freeze. Forgets the batch, the pair, all fused pairs,
+    /// all witness measurements, and the calibration that [`Calibrator::undo`] would put back.
     pub fn reset(&mut self) {
         self.replace_in_use(CorrectedExtrinsics::as_given(self.factory.extrinsics));
         self.corrected = self.factory.cameras;
@@ -143,7 +144,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// of a pair begins a new batch. Cost: two undistortions, and a search in the list of one image cell.
     ///
     /// # Errors
-    /// [`PushError`]; the batch is unchanged. [`PushError::Busy`]: a pair is being solved.
+    /// [`PushError::Busy`]: a pair is being solved; nothing changes. Any other [`PushError`]: the correspondence is not
+    /// in the batch, and [`Batch::refused`] counts it.
     pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<Pushed, PushError> {
         match self.step {
             Step::Collecting => {}
@@ -189,14 +191,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.state()
     }
 
-    /// Returns the estimate over all fused pairs; `None` without a fused pair.
+    /// Returns the estimate over all fused pairs. `None` without an estimate, or if the fused pairs give no valid one
+    /// ([`ApplyError::NoProposal`], [`ApplyError::Inconsistent`]).
     pub fn proposal(&self) -> Option<Proposal<T>> {
         let context = self.estimator.context(&self.config, &self.factory);
         self.estimator.proposal(&context, &self.in_use)
     }
 
-    /// Compares the calibration in use with the estimate over the matches of the last pair, and says whether the rig
-    /// may arm. Takes one pass.
+    /// Compares the calibration in use with the estimate over the matches in the batch, and says whether the rig may
+    /// arm. These are the matches of the last pair until the next match is pushed. Takes one pass.
     ///
     /// # Errors
     /// [`NoHealth`]. Both [`Health`] and the error name the likeliest mistake in rig file or matcher, if pairs show
@@ -253,8 +256,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.put_into_use(CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// Puts the calibration that the last change replaced back into use, and returns it. A second call in a row has
-    /// nothing to undo. The estimate does not change.
+    /// Puts the calibration that the last effective [`Calibrator::apply`] replaced back into use, and returns it. A
+    /// second call in a row has nothing to undo. The estimate does not change.
     ///
     /// # Errors
     /// [`ApplyError::NothingToUndo`], [`ApplyError::Frozen`]; nothing changes.
@@ -268,12 +271,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Freezes the estimate and the calibration in use, or releases them. While they are frozen, pairs are still
-    /// solved, and [`Calibrator::health`] still judges them, but they change nothing ([`Rejection::Frozen`]).
+    /// solved, and [`Calibrator::health`] still judges them, but they change nothing ([`Rejection::Frozen`]). Witnesses
+    /// are refused. [`Calibrator::reset`] and [`Calibrator::restore`] still work, and replace this setting.
     pub fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;
     }
 
-    /// Returns the batch that is being collected, or the batch of the last pair.
+    /// Returns the batch that is being collected or solved, or the batch of the last pair.
     pub fn batch(&self) -> &Batch<T, N> {
         &self.batch
     }

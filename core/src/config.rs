@@ -262,8 +262,9 @@ impl Config {
         }
     }
 
-    /// Sets the correction limit, rad. A pair is not fused if `R` or `t` of the pair, or of the estimate with the pair,
-    /// differs from the factory value by a larger angle. Default 0.5.
+    /// Sets the correction limit, rad. A pair is not fused if `R` or `t` of the estimate with the pair differs from the
+    /// factory value by a larger angle. In the paper preset this also holds for `R` and `t` of the pair alone. Default
+    /// 0.5.
     ///
     /// # Errors
     /// [`ConfigError::MaxCorrection`] unless the value is above 0 and below 1.5.

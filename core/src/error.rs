@@ -1,6 +1,6 @@
 //! Errors: one small enum per operation. No error changes the extrinsics in use, except an error of
-//! [`crate::Calibrator::restore`], which puts the factory calibration into use. [`crate::Calibrator::advance_pair`]
-//! says which rejected pairs count against the estimate.
+//! [`crate::Calibrator::restore`] or [`crate::store::Store::resume`], which puts the factory calibration into use.
+//! [`crate::Calibrator::advance_pair`] says which rejected pairs count against the estimate.
 
 use thiserror::Error;
 
@@ -48,7 +48,7 @@ pub enum UndistortError {
     /// The pixel lies outside the image by more than half a pixel.
     #[error("pixel is outside the image")]
     OutsideImage,
-    /// The lens model folds back before this pixel, or the ray of the pixel is more than 85 degrees off axis.
+    /// The lens model folds back before or near this pixel, or the ray of the pixel is more than 85 degrees off axis.
     #[error("the lens model is not invertible at this pixel")]
     NotInvertible,
 }
@@ -61,7 +61,7 @@ pub enum ProjectError {
     /// A coordinate is NaN or infinite.
     #[error("ray is not finite")]
     NotFinite,
-    /// The ray lies beyond the range in which the lens model is one to one.
+    /// The ray lies beyond the range in which the lens model is one to one, or is more than 85 degrees off axis.
     #[error("ray is beyond the range of the lens model")]
     BeyondLens,
 }
@@ -136,16 +136,17 @@ pub enum RangeError {
     /// The factory calibration has no baseline length: [`crate::FactoryCalibration::with_baseline_m`].
     #[error("the length of the baseline is not known")]
     NoBaseline,
-    /// The estimate is not locked, or the calibrator is frozen. Later readings may be taken.
+    /// The estimate is not locked, or the calibrator is frozen; later readings may be taken. The paper preset refuses
+    /// every reading.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
-    /// Range or deviation is not finite, or out of the range of a sensor.
+    /// The range is not within 0.01 to 1e5 m, or its standard deviation is not above 0 and at most the range.
     #[error("range or deviation is out of the range of a sensor")]
     Reading,
-    /// The pixel has no ray in the left image.
+    /// The left or the right pixel of the reading has no ray.
     #[error("pixel: {0}")]
     Pixel(UndistortError),
-    /// No match near the pixel fits the estimate.
+    /// The reading's own match does not fit the estimate; without one, no match near the pixel fits it.
     #[error("no match near the pixel fits the estimate")]
     NoMatch,
     /// The apparent yaw of the lens would have to be off by more than three standard deviations of its prior: the
@@ -159,7 +160,7 @@ pub enum RangeError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MotionError {
-    /// The estimate is not locked, or the calibrator is frozen.
+    /// The estimate is not locked, or the calibrator is frozen. The paper preset refuses every motion.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
     /// There are fewer tracked matches than a pair needs.
@@ -174,7 +175,7 @@ pub enum MotionError {
     Contradicts,
 }
 
-/// Why a correspondence was not taken. The batch is unchanged.
+/// Why a correspondence was not taken. It is not in the batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -207,7 +208,8 @@ pub enum Rejection {
         /// Number that the configuration asks for.
         needed: u32,
     },
-    /// No extrinsics give clearly more matches small row offsets than chance does: nearly all matches are outliers.
+    /// No extrinsics were found at which clearly more matches have small row offsets than by chance: most matches are
+    /// outliers, or the noise is too large.
     #[error("the correspondences agree on no extrinsics")]
     NoConsensus,
     /// Under the extrinsics that the matches agree on, the points are behind the cameras: left and right are exchanged,
@@ -224,25 +226,28 @@ pub enum Rejection {
         "disparities run along the columns: u and v exchanged, cameras one above the other, or a wrong t"
     )]
     Columns,
-    /// All disparities are equal to within their noise, or change linearly from left to right: both sides show the same
-    /// image, or the scene is one plane. Such a pair does not show whether the calibration is good.
+    /// The disparities are equal, or change linearly from left to right, to within a tenth of the standard deviation of
+    /// their noise: both sides show the same image, or the scene is one upright plane. Such a pair does not show
+    /// whether the calibration is good.
     #[error("no depth: all disparities alike, such as with the same image on both sides")]
     NoDepth,
     /// The correspondences leave a direction of the extrinsics free: they are all alike, or on one line. In the paper
-    /// preset they may also be all far away.
+    /// preset they may also be all far away. The pair is also refused for this reason if its own extrinsics are not
+    /// valid.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
     /// The pair's weakest direction is less certain than the configuration allows (paper preset).
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
-    /// `R` or `t` of the pair, or of the estimate with the pair, is further from the factory values than the correction
-    /// limit. If this error returns again and again, the factory values are wrong or the mount has moved.
+    /// `R` or `t` of the estimate with the pair, or in the paper preset of the pair alone, is further from the factory
+    /// values than the correction limit. If this error returns again and again, the factory values are wrong or the
+    /// mount has moved.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
-    /// The estimate with this pair cannot be rectified.
+    /// The estimate with this pair has no valid optimum, or cannot be rectified.
     #[error("the pair leads to extrinsics that cannot be rectified")]
     NoRig,
-    /// The pair disagrees with the estimate and with the challenger.
+    /// The pair disagrees with the estimate, and with the challenger if there is one.
     #[error("the pair disagrees with the estimate")]
     Disagrees,
     /// The calibrator is frozen: the pair was solved, and changes nothing.
@@ -258,7 +263,8 @@ pub enum Rejection {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ApplyError {
-    /// No pair has been fused yet.
+    /// There is no estimate: no pair has been fused, or the estimate was dropped or began again, and no pair has been
+    /// fused since.
     #[error("there is no proposal: no pair has been fused")]
     NoProposal,
     /// The fused pairs give no valid calibration: their directions cancel (paper preset), the result cannot be
@@ -275,13 +281,14 @@ pub enum ApplyError {
     /// The calibrator is frozen.
     #[error("the calibrator is frozen")]
     Frozen,
-    /// No calibration has been replaced since the last reset or undo.
+    /// [`crate::Calibrator::apply`] has changed no calibration since the last reset or undo.
     #[error("nothing has been applied since the last reset")]
     NothingToUndo,
 }
 
-/// Why a record was not read. The calibrator is in the state after [`crate::Calibrator::reset`]: continue from the
-/// factory calibration.
+/// Why a record was not read. After the failed restore of a state, the calibrator is in the state after
+/// [`crate::Calibrator::reset`]: continue from the factory calibration. If the factory calibration itself cannot be
+/// read, the rig needs another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Error)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -298,8 +305,8 @@ pub enum RestoreError {
     /// The record was learnt with other cameras or from other factory extrinsics.
     #[error("the record is of another rig")]
     OtherRig,
-    /// A number is out of its range, or numbers do not fit together, although the checksum is right: another program
-    /// wrote the record.
+    /// A number is out of its range, or numbers do not fit together, although the checksum is right: probably another
+    /// program wrote the record.
     #[error("a number of the record is out of its range")]
     Absurd,
     /// The record is beyond the correction limit, or it has corrected cameras ([`crate::LensTracking::Compensate`])
@@ -319,7 +326,7 @@ pub enum RectifyError {
     /// A point on an image border has no ray.
     #[error("{0} image border: {1}")]
     Border(Side, UndistortError),
-    /// A border point lies behind the rectified image plane: the rig is turned too far.
+    /// The ray of a border point points backwards or almost sideways in the rectified frame: the rig is turned too far.
     #[error("the {0} image border lies behind the rectified plane")]
     Behind(Side),
     /// The two cameras see no common rectangle of the rectified plane, or the rectified images are not upright: cameras
@@ -327,6 +334,8 @@ pub enum RectifyError {
     #[error("the rectified views share no rectangle")]
     NoCommonView,
 }
+
+// Numbers of the errors that several enumerations have.
 
 /// The estimate is not locked.
 const NOT_LOCKED: u16 = 702;

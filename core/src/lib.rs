@@ -18,9 +18,10 @@
 //!        -> rectifier  Calibration::homographies
 //! ```
 //!
-//! Estimating never changes the extrinsics in use; [`Calibrator::apply`] changes them. A firmware loads
-//! [`Calibrator::in_use`] at start, before any pair has come. [`link`] receives a matcher's frames and [`store`] keeps
-//! records in flash; the estimator depends on neither.
+//! Estimating never changes the extrinsics in use; only [`Calibrator::apply`], [`Calibrator::undo`],
+//! [`Calibrator::reset`] and a restore ([`Calibrator::restore`], [`store::Store::resume`]) change them. A firmware
+//! loads [`Calibrator::in_use`] at start, before any pair has come. [`link`] receives a matcher's frames and [`store`]
+//! keeps records in flash; the estimator depends on neither.
 //!
 //! # Modules
 //!
@@ -68,24 +69,25 @@
 //!
 //! # Errors and actions
 //!
-//! Each operation has one error: a small `Copy` enum with `Display`, [`core::error::Error`] and a number `code()`.
-//! Errors with the same remedy have the same number. No error changes the extrinsics in use, except an error of
-//! [`Calibrator::restore`].
+//! Each operation has one error: a small `Copy` enum with `Display`, [`core::error::Error`] and a number `code()`. An
+//! error that several operations return has the same number in all of them. No error changes the extrinsics in use,
+//! except an error of [`Calibrator::restore`] or [`store::Store::resume`], which puts the factory calibration into use.
 //!
 //! | error | returned by | action |
 //! |---|---|---|
-//! | [`ConfigError`] | `Config::with_*` | Correct the named parameter. In a `const` it fails the build. |
-//! | [`geometry::CameraError`] | [`Camera::try_new`] | Correct the named quantity. |
-//! | [`geometry::ExtrinsicsError`] | [`Extrinsics::try_new`] | Correct `R` or `t`; a baseline along an optical axis cannot be rectified. |
+//! | [`ConfigError`] | `with_*` of [`Config`], [`FactoryCalibration`] and `paper::Settings` | Correct the named parameter. In a `const` it can fail the build. |
+//! | [`geometry::CameraError`] | [`Camera::try_new`], `try_new` of the lens models, [`Cameras::corrected`] | Correct the named quantity. |
+//! | [`geometry::ExtrinsicsError`] | [`Extrinsics::try_new`], [`Extrinsics::from_row_major`] | Correct `R` or `t`; a baseline along an optical axis cannot be rectified. |
 //! | [`geometry::UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
 //! | [`geometry::ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
-//! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; if there are many, the cameras are wrong. `Busy`: finish or discard the pair. |
+//! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; if there are many of `Pixel`, the cameras are wrong. `Busy`: finish or discard the pair. |
 //! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: left and right are exchanged, `t` has the wrong sign, or an image is mirrored. `CorrectionLimit` again and again: check factory values and mounting. `Frozen`: intended. |
 //! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; the error names the likeliest mistake, if pairs show one. |
-//! | [`ApplyError`] | [`Calibrator::apply`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
+//! | [`ApplyError`] | [`Calibrator::apply`], [`Calibrator::undo`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`geometry::RectifyError`] | [`Calibration::homographies`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
-//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_witness`] | `NotLocked`: read again later. `Contradicts` again and again: check the sensor and its scale. |
+//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_witness`] | `NoBaseline`: set [`FactoryCalibration::with_baseline_m`]. `Reading`, `Pixel`: drop the reading. `Contradicts` again and again: check the sensor and its scale. All others: measure again later. |
 //! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Continue: the calibrator starts from the factory calibration. |
+//! | [`RestoreError`] | [`FactoryCalibration::from_record`], [`store::Store::load_factory`] | Calibrate the rig again, or start from [`FactoryCalibration::guess`]. |
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the calibrator has cameras of another image size. |
 //! | [`link::HeaderError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
 //! | [`link::EncodeError`] | encoding | Correct the named quantity of the sender. |
@@ -99,16 +101,16 @@
 //!
 //! | call | instructions | calls |
 //! |---|---|---|
-//! | decode and [`Calibrator::push`] | 600 in the mean, 1,700; 7,000 with all matches in one place | one a match |
-//! | [`Calibrator::advance_pair`], the first one | 70,000 | one a pair |
+//! | decode and [`Calibrator::push`] | 600 in the mean, at most 1,700; at most 7,000 with all matches in one place | one per match |
+//! | [`Calibrator::advance_pair`], the first one | 70,000 | one per pair |
 //! | [`Calibrator::advance_pair`], a pass | 120,000; in a track 34,000 | 2 in a track, in a search up to [`Config::with_max_passes`] |
-//! | [`Calibrator::advance_pair`], the last pass | 144,000 | one a pair |
-//! | [`Calibrator::advance_pair`], the fusion | 130,000 | one a pair |
+//! | [`Calibrator::advance_pair`], the last pass | 144,000 | one per pair |
+//! | [`Calibrator::advance_pair`], the fusion | 130,000 | one per pair |
 //! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
-//! * Locked, a frame of 1,000 matches takes 0.78 million instructions from its first byte to its outcome: 0.48 million
-//!   to decode and select, 0.30 million for the pair. While acquiring, the frame takes 1.69 million. With a batch of
-//!   mismatches alone, the pair takes 1.24 million.
+//! * While the estimate is locked, a frame of 1,000 matches takes 0.78 million instructions from its first byte to its
+//!   outcome: 0.48 million to decode and select, 0.30 million for the pair. While it is acquiring, the frame takes 1.69
+//!   million. A pair of mismatches alone takes 1.24 million.
 //! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice.
 //!   The result equals the result of [`Calibrator::solve_pair`], bit for bit.
 //! * A frame may come before the last pair is done. A driver of [`link`] then reads nothing, and the sender keeps the
@@ -122,7 +124,7 @@
 //! |---|---|
 //! | `paper` (default) | The published method, `Config::paper`. Without it a firmware saves flash. |
 //! | `defmt` | `defmt::Format` for every result and error. |
-//! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results, as plain arrays; values that are read are checked. |
+//! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results; [`Calibration`] has only `Serialize`. Matrices and lens coefficients are plain arrays. A [`Config`], a [`Camera`] and [`Extrinsics`] that are read are checked. |
 //! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
 //!
 //! Minimum supported Rust version: 1.89.
@@ -134,22 +136,23 @@
 //! | term | meaning |
 //! |---|---|
 //! | pair | One stereo image pair: the correspondences of the batch, and the extrinsics that solve them. |
-//! | pass | One read of the whole batch: the unit of time of a solve. |
+//! | pass | One read of the batch, or of a sample of it: the unit of time of a solve. |
 //! | search, track | Search: a solve from far away, by an annealed loss. Track: a solve near a known estimate, in 4 passes. |
 //! | factory | Calibration that the rig left production with, or a guess: start, prior, and centre of the correction limit. |
-//! | in use | Calibration that the caller rectifies with; [`Calibrator::apply`] changes it, and then its generation number. |
+//! | in use | Calibration that the caller rectifies with. [`Calibrator::apply`] changes it; a change also changes its generation number. |
 //! | proposal | The estimate over all fused pairs, which `apply` puts into use. |
 //! | challenger | A second estimate, from pairs that disagree with the reported one. If three pairs show another rig, it replaces the reported one. |
-//! | repeated scene | A pair with the matches of the pair fused before it: the vehicle is at rest. Such a pair adds nothing. |
+//! | repeated scene | A pair with many matches of the pair fused before it: the vehicle is at rest. Such a pair adds no information. |
 //! | witness | A measurement of the yaw of the mount alone: a known distance, or tracked matches of a rig that moves. |
 
 #![no_std]
 #![forbid(unsafe_code)]
 
 // `inline(always)` marks a part of an inner loop that opt-level "s" would leave out of line. A call would cost
-// instructions for each correspondence, and a sum whose address is passed would leave the registers.
-// `cargo controller-cost` shows which parts need it. `inline(never)` marks a function that needs much stack. Inlined,
-// it would hold that stack during all other calls of its caller.
+// instructions for each correspondence, and a sum whose address is passed would leave the registers. `cargo
+// controller-cost` shows which parts need it. On a constructor, it lets the value be written in place. `inline(never)`
+// marks a function that needs much stack, or one that several functions call. Inlined, the former would hold its stack
+// during all other calls of its caller, and the latter would exist several times in flash.
 
 #[macro_use]
 mod named;

@@ -49,17 +49,17 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     #[must_use]
     fn to_single(self) -> f32;
 
-    /// Returns the integer part, saturated to the range of `u16`; 0 for NaN.
+    /// Returns the integer part, saturated to the range of `u16`; 0 for NaN and for numbers below 0.
     #[must_use]
     fn to_u16(self) -> u16;
 
-    /// Returns the bits of the representation, zero-extended.
+    /// Returns the bits of the representation, zero-extended to 64 bits.
     #[must_use]
     fn bits(self) -> u64;
 
     /// Returns the number of doublings after which `first` exceeds the magnitude of this number; more than 100 for NaN.
     ///
-    /// * `first`: a normal number above 0.
+    /// * `first`: a normal number from above 0 to 1e8.
     #[must_use]
     fn doublings_of(self, first: Self) -> usize;
 }

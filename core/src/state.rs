@@ -8,13 +8,13 @@
 pub enum State {
     /// Too few pairs agree yet.
     Acquiring,
-    /// The last pair agrees with the estimate, and `R` is certain. `t` may still be the start value:
-    /// [`crate::Proposal::baseline_observed`].
+    /// The estimate is confirmed, and the last pair that was compared with it agrees. `R` is certain; `t` may still be
+    /// the start value: [`crate::Proposal::baseline_observed`].
     Locked,
     /// The last pairs disagree with the estimate, a challenger gathers pairs, or no pair has supported a restored
     /// estimate yet.
     Suspect,
-    /// Ten pairs in a row disagree with the estimate, and no three of them agree with each other.
+    /// At least ten pairs in a row disagree with the estimate, and no three of them agree well enough with each other.
     Lost,
 }
 
@@ -34,7 +34,7 @@ pub enum Stop {
     /// The step fell below the tolerance, or below the resolution of the scalar at the optimum.
     Converged,
     /// No step lowers the cost, so this is the optimum within the resolution of the scalar; or the normal equations
-    /// have no solution (robust preset).
+    /// have no solution that is a valid step (robust preset).
     NoDescent,
     /// All passes were taken. This is normal for a pair that was tracked from an estimate. A search that stops this way
     /// has not converged; its result is the best pose reached.

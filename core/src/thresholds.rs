@@ -36,7 +36,8 @@ pub(crate) const MAX_ROTATION_DEFECT: f64 = 0.04;
 pub(crate) const NEWTON_SCHULZ_STEPS: usize = 6;
 
 /// Largest number of Newton steps of an undistortion; 3 to 5 are usual. A bracketed fisheye takes up to four times this
-/// number. A larger limit raises the worst-case time; a smaller one refuses pixels near the fold.
+/// number, a rational lens up to three times. A larger limit raises the worst-case time; a smaller one refuses pixels
+/// near the fold.
 pub(crate) const MAX_NEWTON_STEPS: usize = 12;
 
 /// Newton step that ends an undistortion: in units in the last place of one plus the size of the point, and for a
@@ -91,8 +92,8 @@ pub(crate) const MIN_VIBRATION_SAMPLES: usize = 4;
 pub(crate) const VIBRATION_DEVIATIONS: f64 = 6.0;
 pub(crate) const VIBRATION_HYSTERESIS: f64 = 0.25;
 
-/// Ratio of mean and median of the samples beyond which the mean is stale. A larger ratio notices a vibration later; a
-/// smaller one makes the variance noisier.
+/// Ratio of the median to the mean of the samples beyond which the mean is stale; the ratio of the mean to the median
+/// may be up to its square. A larger ratio notices a vibration later; a smaller one makes the variance noisier.
 pub(crate) const VIBRATION_RATIO: f64 = 4.0;
 
 /// Largest vibration (0.4 degrees). A larger limit takes knocks for vibration; a smaller one loses a shaken rig.
@@ -208,16 +209,17 @@ pub(crate) const BEHIND_INFINITY: f64 = 10.0;
 pub(crate) const TRACK_NOISE: f64 = 2.0;
 
 /// Largest number of witness measurements that count as support of a yaw. The yaw is replaced once the consecutive
-/// contradicting measurements that agree with each other outnumber its support. A larger number delays the response to
-/// a turn that the rows do not show; a smaller one lets wrong readings replace right ones.
+/// contradicting measurements that agree with each other outnumber its support, and are at least two. A larger number
+/// delays the response to a turn that the rows do not show; a smaller one lets wrong readings replace right ones.
 pub(crate) const WITNESS_SUPPORT: u8 = 3;
 
 /// Least deviation of all witnesses together (0.015 degrees): they share the length of the baseline and the focal
 /// length. A larger value gives them less weight; a smaller one trusts them beyond this common error.
 pub(crate) const WITNESS_RAD: f64 = 2.6e-4;
 
-/// Deviation of the apparent yaw of the lens above which the yaw is not confirmed (0.1 degrees). A larger limit names
-/// an error later; a smaller one names the error that a factory calibration leaves.
+/// Deviation of the apparent yaw of the lens above which the yaw is not confirmed, and of a turn by motion above which
+/// it is not a measurement (0.1 degrees). A larger limit names an error later; a smaller one names the error that a
+/// factory calibration leaves.
 pub(crate) const MAX_CONFIRMED_YAW_RAD: f64 = 1.75e-3;
 
 /// Standard deviation of the yaw of a factory calibration with boards (0.05 degrees), rad. A larger value follows the

@@ -89,7 +89,7 @@ mod firmware {
     /// Ticks of the timer per interrupt: 20 us, 3.2 MB/s.
     const PERIOD: u32 = Timer::HZ / 50_000;
 
-    /// Whether a pass is running, and the number of interrupts within passes.
+    /// Whether a step of a pair is running, a pass or the fusion, and the number of interrupts within such steps.
     static IN_A_PASS: AtomicBool = AtomicBool::new(false);
     static INTERRUPTED: AtomicU32 = AtomicU32::new(0);
 
@@ -167,7 +167,7 @@ mod firmware {
                 }
                 _ => (),
             }
-            // The poll after these events is a pass.
+            // The poll after these events takes a step of the pair.
             let in_a_pass = matches!(event, Event::Frame { .. } | Event::Pass);
             IN_A_PASS.store(in_a_pass, Ordering::Relaxed);
         }

@@ -6,7 +6,8 @@ use std::{env, fs};
 
 use anyhow::{Context, Result, ensure};
 
-/// Names and matches a frame: the small one fills often, the large one takes the recorded sets.
+/// Name of each model, and the largest number of matches of its frames. The small model fills often. The large one
+/// holds each pair of the set `opencv_chess_sift`.
 const MODELS: [(&str, u32); 2] = [("small", 30), ("large", 510)];
 
 fn main() -> Result<()> {

@@ -26,7 +26,7 @@ pub enum Event {
         sequence: u32,
         /// Number of correspondences in the frame.
         offered: usize,
-        /// Number of correspondences in the batch. The others have no ray or were not selected.
+        /// Number of correspondences in the batch. The batch refused the others, or did not select them.
         taken: usize,
     },
     /// The solver took one pass over the batch.
@@ -48,7 +48,7 @@ pub struct PairOutcome {
     /// The solved pair and the result of its fusion, or why it could not be solved.
     pub outcome: Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection>,
     /// Health over the matches of this pair, with the extrinsics in use and with the estimate after this
-    /// pair. `None` before there is an estimate.
+    /// pair. `None` without an estimate, and if no match fits the estimate.
     pub health: Option<Health<f32>>,
     /// Effect of the tracks that this pair shares with an earlier one; `None` if it shares none.
     pub motion: Option<Result<Witnessed, MotionError>>,
@@ -82,7 +82,7 @@ pub struct App<'a, SPI, RDY, const N: usize> {
 impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// An application that waits for its first frame.
     ///
-    /// * `calibrator`: borrowed, so that it can be a static.
+    /// * `calibrator`: borrowed, so that it can be a static. Its batch is emptied.
     pub fn new(matcher: FpgaMatcher<SPI, RDY>, calibrator: &'a mut Calibrator<f32, N>) -> Self {
         calibrator.discard_pair();
         let state = calibrator.state();
@@ -238,7 +238,7 @@ mod tests {
         }
     }
 
-    /// Polls until the end of the pair. Returns the number of passes.
+    /// Polls until the end of the pair. Returns the number of passes and the outcome.
     fn finish_pair(app: &mut TestApp<'_>) -> (usize, PairOutcome) {
         for passes in 0..200 {
             match app.poll().unwrap() {

@@ -21,7 +21,7 @@ pub fn start(cameras: Cameras<f32>) -> Controller {
 /// Solves and fuses the controller's batch in one call. Returns the report and the result of the fusion.
 ///
 /// # Errors
-/// [`Rejection`].
+/// [`Rejection`] if the pair cannot be solved.
 pub fn solve_and_fuse(
     controller: &mut Controller,
 ) -> Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection> {

@@ -1,5 +1,5 @@
-//! The controller's main loop over the recording in its flash. Halfway a reset simulates a loss of power, and
-//! the firmware restores its estimate from the flash store.
+//! The controller's main loop over the recording in its flash. After [`PAIRS_BEFORE_RESET`] pairs a reset simulates a
+//! loss of power, and the firmware restores its estimate from the flash store.
 
 use core::time::Duration;
 

@@ -1,10 +1,10 @@
 //! The best possible estimates from the data: the Cramer-Rao bound, and the joint maximum-likelihood fit of the true
 //! inliers of all pairs.
 //!
-//! Model: independent Gaussian noise of one variance on all four pixel coordinates, unknown points. To first order the
-//! points drop out, and the epipolar constraint over its own standard deviation remains (Sampson): `r = p_r^T E p_l /
-//! |grad|`, `E = [t]x R`. The code is independent of the core: it uses `E` instead of rectifying rotations, numeric
-//! derivatives, and `f64`.
+//! Model: independent Gaussian noise of one variance on all four pixel coordinates, and unknown points. To first order
+//! the unknown points drop out. The epipolar constraint divided by its own standard deviation (Sampson) remains:
+//! `r = p_r^T E p_l / |grad|`, `E = [t]x R`. The code is independent of the core: it uses `E` instead of rectifying
+//! rotations, numeric derivatives, and `f64`.
 
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
 use stereo_selfcal::Extrinsics;
@@ -12,8 +12,8 @@ use stereo_selfcal::geometry::metrics::Deviation;
 
 use crate::data::Rays;
 
-/// A pose, which moves by five unknowns in the right camera frame, rad: a rotation of `R` about x, y, z, then a turn of
-/// the unit `t` in two directions across it.
+/// `R` and unit `t`. A step has five unknowns in the right camera frame, rad: a rotation of `R` about x, y and z, and a
+/// turn of `t` in two directions perpendicular to it.
 #[derive(Debug, Clone, Copy)]
 struct Pose {
     rotation: Rotation3<f64>,
@@ -23,7 +23,7 @@ struct Pose {
 impl Pose {
     fn moved(&self, d: &Vector5<f64>) -> Self {
         let rotation = Rotation3::new(Vector3::new(d[0], d[1], d[2])) * self.rotation;
-        // Two perpendicular directions across t.
+        // Two directions that are perpendicular to t and to each other.
         let across = self.translation.cross(&Vector3::z()).normalize();
         let other = self.translation.cross(&across);
         let translation = (self.translation + across * d[3] + other * d[4]).normalize();
@@ -52,7 +52,8 @@ fn whitened(e: &Matrix3<f64>, [p_l, p_r]: &Rays) -> f64 {
     p_r.dot(&in_right) / gradient.sqrt()
 }
 
-/// `sum J J^T` and `sum J r` of the whitened residuals `r`, for noise of standard deviation 1 at unit depth.
+/// `sum J J^T` and `sum J r` of the whitened residuals `r` and their derivatives `J` with respect to the unknowns of
+/// [`Pose`], for noise of standard deviation 1 at unit depth.
 fn normal_equations<'a>(
     pose: &Pose,
     rays: impl Iterator<Item = &'a Rays>,
@@ -97,7 +98,7 @@ pub fn cramer_rao<'a>(
 /// Maximum-likelihood extrinsics of all given correspondences, by four Gauss-Newton steps from the truth.
 ///
 /// # Panics
-/// If the rays do not determine all five unknowns.
+/// If [`try_joint_fit`] gives `None`.
 #[must_use]
 pub fn joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Extrinsics<f64> {
     try_joint_fit(truth, rays).expect("the scene determines all directions")

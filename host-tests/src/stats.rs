@@ -5,7 +5,7 @@ use stereo_selfcal::geometry::metrics::Deviation;
 /// Quantile of some numbers, interpolated linearly between neighbours (Hyndman and Fan, type 7); `None` without a
 /// number.
 ///
-/// * `share`: 0 is the least number, 0.5 the median, 1 the largest.
+/// * `share`: 0 is the least number, 0.5 the median, 1 the largest; clamped to this range.
 #[must_use]
 pub fn quantile(numbers: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut numbers: Vec<f64> = numbers.into_iter().collect();
@@ -48,13 +48,13 @@ pub fn rms(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     mean(numbers.into_iter().map(|x| x * x)).map(f64::sqrt)
 }
 
-/// Geometric mean; `None` without a number.
+/// Geometric mean of positive numbers; `None` without a number.
 #[must_use]
 pub fn geometric_mean(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     mean(numbers.into_iter().map(f64::ln)).map(f64::exp)
 }
 
-/// Root mean square of deviations, each part; NaN without a deviation.
+/// Root mean square of deviations, of `t` and of `R` separately, rad; both are NaN without a deviation.
 #[must_use]
 pub fn rms_deviation(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
     Deviation::root_mean_square(all)

@@ -650,7 +650,9 @@ typedef uint32_t selfcal_direction_t;
 
 /**
  * Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs
- * by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more.
+ * by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. In the
+ * paper preset, and while the two belong to different cameras, a tenth over the matches of the last pair is
+ * enough.
  */
 enum selfcal_band_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -1080,8 +1082,8 @@ typedef struct selfcal_t {
 
 /**
  * Standard deviations of the errors of the given lens models; 0 takes a parameter as exact. `focal`, `principal_px`
- * and `k1` apply to each camera; each of the other fields says what it applies to. The defaults are, in the order of
- * the fields, 0.003, 1 px, 0.005, 0.001, 0.00025 and 0.0046.
+ * and `k1` apply to each camera; each of the other fields says what it applies to. Without a given lens prior the
+ * values are, in the order of the fields, 0.003, 1 px, 0.005, 0.001, 0.00025 and 0.0046 rad.
  */
 typedef struct selfcal_lens_prior_t {
     /**
@@ -1121,7 +1123,9 @@ typedef struct selfcal_config_t {
     uint32_t preset;
     /**
      * Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24 in
-     * the robust preset, 100 in the paper preset. The robust preset takes up to 9 passes even if the limit is lower.
+     * the robust preset, 100 in the paper preset, which takes one more pass to evaluate its result. The robust preset
+     * takes up to 9 passes even if the limit is lower. With a limit below 20 it does not test before the first lock
+     * whether a turned baseline fits better.
      */
     uint16_t max_passes;
     /**
@@ -1174,7 +1178,7 @@ typedef struct selfcal_config_t {
      */
     uint32_t lens_tracking;
     /**
-     * 1 if `lens_prior` replaces the default deviations of the lens models. Robust preset.
+     * 1 if `lens_prior` replaces the default deviations of the lens models, otherwise 0. Robust preset.
      */
     uint32_t has_lens_prior;
     /**
@@ -1205,7 +1209,7 @@ typedef struct selfcal_camera_t {
      */
     uint32_t lens;
     /**
-     * Lens coefficients in OpenCV's order, dimensionless. Coefficients that the model does not use are 0.
+     * Lens coefficients in OpenCV's order, dimensionless. Coefficients that the model does not use must be 0.
      */
     float distortion[8];
 } selfcal_camera_t;
@@ -1542,7 +1546,7 @@ typedef struct selfcal_report_t {
      */
     selfcal_stop_t stop;
     /**
-     * Passes taken over the batch.
+     * Passes taken over the batch. The paper preset does not count the evaluation pass.
      */
     uint16_t passes;
     /**
@@ -1566,7 +1570,7 @@ typedef struct selfcal_report_t {
      */
     float cost_after;
     /**
-     * RMS row offset of the screened correspondences at the start, px.
+     * RMS row offset of the screened correspondences at the start, px; 0 without any.
      */
     float rms_px_before;
     /**
@@ -1593,7 +1597,7 @@ typedef struct selfcal_outcome_t {
      */
     bool has_pair;
     /**
-     * Result of the pair alone. If it is not valid, its numbers are 0.
+     * Result of the pair alone. If it is not valid, its numbers are 0, and `stop` is `SELFCAL_STOP_UNKNOWN`.
      */
     struct selfcal_report_t pair;
 } selfcal_outcome_t;
@@ -1613,15 +1617,15 @@ typedef struct selfcal_lens_correction_t {
 } selfcal_lens_correction_t;
 
 /**
- * Reported standard deviations of an estimate.
+ * Reported standard deviations of an estimate: the expected sizes of its errors.
  */
 typedef struct selfcal_sd_t {
     /**
-     * Deviation of `R`, rad.
+     * Deviation of `R`, rad: root of the sum of the variances about the three axes.
      */
     float rotation_rad;
     /**
-     * Deviation of the direction of `t`, rad.
+     * Deviation of the direction of `t`, rad: root of the sum of the variances of its two angles.
      */
     float translation_rad;
 } selfcal_sd_t;
@@ -1754,7 +1758,7 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_finding_t lens_yaw;
     /**
-     * The least certain direction.
+     * The least certain direction, with the lens models uncertain as in `sd_lens`.
      */
     struct selfcal_weakest_t weakest;
     /**
@@ -1951,8 +1955,9 @@ extern "C" {
 #endif // __cplusplus
 
 /**
- * Returns the English text of an error code, or of any other enumeration value that the API returns; never null. No
- * two enumerations share a number. For other numbers the text is `"unknown"`.
+ * Returns the English text of an error code, or of a value of any other enumeration that is the type of a result;
+ * never null. No two of these enumerations share a number. For other numbers the text is `"unknown"`. Enumerations
+ * that arguments have as plain numbers, such as `selfcal_lens_t`, have no texts, and share numbers with error codes.
  */
 const char *selfcal_string(uint32_t value);
 
@@ -1984,9 +1989,9 @@ selfcal_error_t selfcal_pixel(const struct selfcal_t *cal,
 
 /**
  * Returns the English text of the parameter or quantity that `selfcal_init` refuses; never null. If both arguments
- * are valid, the text is `"no error"`.
+ * are valid, the text is `"no error"`. If both are refused, the text names the parameter of `config`.
  *
- * * `config`, `factory`: each may be null, and is not checked then.
+ * * `config`, `factory`: each may be null. An argument that is null or misaligned is not checked.
  */
 const char *selfcal_argument_string(const struct selfcal_config_t *config,
                                     const struct selfcal_factory_t *factory);
@@ -2044,7 +2049,9 @@ selfcal_error_t selfcal_in_use(const struct selfcal_t *cal,
 
 /**
  * Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left image, and
- * prefers the better score among neighbours. The first correspondence after the end of a pair begins a new batch.
+ * prefers the better score among neighbours. The first correspondence after the end of a pair begins a new batch. A
+ * correspondence that is not valid is refused and counted. While a pair is being solved, the batch takes no
+ * correspondence: `SELFCAL_ERROR_BUSY`.
  *
  * * `pushed`: effect on the batch; may be null.
  */
@@ -2155,7 +2162,7 @@ selfcal_error_t selfcal_frame_match(struct selfcal_encoder_t *encoder,
 /**
  * Does the same as `selfcal_frame_match`, for a match that a tracker follows.
  *
- * * `track`: number of the track; its low 12 bits are sent. 0 for a match without a track.
+ * * `track`: number of the track; its low 12 bits are sent. If they are 0, the match is sent without a track.
  */
 selfcal_error_t selfcal_frame_tracked_match(struct selfcal_encoder_t *encoder,
                                             const struct selfcal_correspondence_t *correspondence,
@@ -2240,7 +2247,7 @@ selfcal_error_t selfcal_health(const struct selfcal_t *cal,
 /**
  * Writes the expected depth errors of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. Takes one
  * pass over the batch. The noise of the matcher and the error of the baseline length are not included. Returns
- * `SELFCAL_ERROR_NOT_LOCKED` unless the estimate is locked.
+ * `SELFCAL_ERROR_NOT_LOCKED` if the estimate is not locked. It also has the errors of `selfcal_health`.
  *
  * * `baseline_m`: length of the baseline, m; finite and above 0.
  * * `errors`: expected depth errors, m.
@@ -2251,11 +2258,13 @@ selfcal_error_t selfcal_depth_errors(const struct selfcal_t *cal,
                                      float errors[4]);
 
 /**
- * Puts the estimate into use. The generation changes if the calibration does.
+ * Puts the estimate into use: `applicable` of the proposal. The generation changes if the calibration changes. Until
+ * four pairs agree, `SELFCAL_ERROR_NO_ESTIMATE` and `SELFCAL_ERROR_NOT_LOCKED` are normal.
  *
  * * `applied`: the calibration now in use; may be null.
  */
-selfcal_error_t selfcal_apply(struct selfcal_t *cal, struct selfcal_calibration_t *applied);
+selfcal_error_t selfcal_apply(struct selfcal_t *cal,
+                              struct selfcal_calibration_t *applied);
 
 /**
  * Puts the calibration that the last change replaced back into use. A second call in a row has nothing to undo. The
@@ -2267,9 +2276,11 @@ selfcal_error_t selfcal_undo(struct selfcal_t *cal,
                              struct selfcal_calibration_t *restored);
 
 /**
- * Freezes the estimate and the calibration in use, or releases both.
+ * Freezes the estimate and the calibration in use, or releases both. While they are frozen, pairs are still solved,
+ * and end with `SELFCAL_ERROR_FROZEN`. `selfcal_apply` and `selfcal_undo` return this error, too.
  */
-selfcal_error_t selfcal_set_frozen(struct selfcal_t *cal, bool frozen);
+selfcal_error_t selfcal_set_frozen(struct selfcal_t *cal,
+                                   bool frozen);
 
 /**
  * Computes the two rectifying rotations.
@@ -2306,8 +2317,9 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
 
 /**
  * Writes the calibration in use and the estimate as a record for non-volatile memory. The estimate is a prior: pose
- * and covariance, noise, vibration, and the knowledge of lens and mount. The record omits the factory calibration (see
- * `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
+ * and covariance, noise, vibration, and the knowledge of lens and mount. The record also contains the generation, the
+ * calibration that `selfcal_undo` returns to, and whether the calibrator is frozen. It omits the factory calibration
+ * (see `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
  *
  * The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
  * record until the new one is written: `selfcal_restore` detects a record that a loss of power has cut
@@ -2319,8 +2331,8 @@ selfcal_error_t selfcal_snapshot(const struct selfcal_t *cal,
                                  uint8_t *record);
 
 /**
- * Replaces everything that has been learnt by a record: the calibration in use, and the estimate. The rig may have
- * changed since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
+ * Replaces everything that has been learnt by the content of a record of `selfcal_snapshot`. The rig may have changed
+ * since: a restored estimate is `SELFCAL_STATE_SUSPECT` until a pair confirms it.
  *
  * Call it after `selfcal_init` with the same factory calibration. If the record is refused, the calibrator is in the
  * state after `selfcal_reset`: go on from the factory calibration.
@@ -2338,8 +2350,8 @@ selfcal_error_t selfcal_restore(struct selfcal_t *cal,
  * (`selfcal_factory_t.baseline_m`) and a match that fits the estimate: `right_px`, or a match of the pair within 3 px.
  * Five readings with an error of 1 %, or ten with an error of 3 %, are enough.
  *
- * A reading that contradicts the present yaw waits. The present yaw is replaced once enough contradicting readings in
- * a row agree with each other: more than support the present yaw, which takes two to four.
+ * A reading that contradicts the present yaw waits. The present yaw is replaced once more contradicting readings in a
+ * row agree with each other than support the present yaw. This takes two to four readings.
  *
  * * `witnessed`: effect on the estimate; may be null.
  */
@@ -2348,7 +2360,7 @@ selfcal_error_t selfcal_push_range(struct selfcal_t *cal,
                                    selfcal_witnessed_t *witnessed);
 
 /**
- * Writes the rays of a tracked match.
+ * Writes the rays of a tracked match, in the cameras as given.
  *
  * * `before`, `after`: the match in the first and in the second pair.
  */
@@ -2393,8 +2405,9 @@ selfcal_error_t selfcal_link_feed_tracked(struct selfcal_link_t *link,
 /**
  * Does the same as `selfcal_push_motion`, with the tracked matches that the earlier frame and the frame of the last
  * pair share. Call it after the end of the pair. Each frame is joined to the same earlier frame until the rig has
- * moved far enough for a measurement; before, the call returns `SELFCAL_ERROR_NO_MOTION`. After a measurement the last
- * frame becomes the earlier frame.
+ * moved far enough for a measurement. Before that, `SELFCAL_ERROR_NO_MOTION` and `SELFCAL_ERROR_TOO_FEW` are normal.
+ * After a measurement, and after `SELFCAL_ERROR_CONTRADICTS`, the last frame becomes the earlier frame. A frame that
+ * shares fewer than half of the tracks of the earlier frame also replaces it.
  *
  * * `witnessed`: effect on the estimate; may be null.
  */

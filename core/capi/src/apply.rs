@@ -5,7 +5,8 @@ use crate::error::{selfcal_error_t, status};
 use crate::instance::{exclusive, selfcal_t};
 use crate::pointer::Out;
 
-/// Puts the estimate into use. The generation changes if the calibration does.
+/// Puts the estimate into use: `applicable` of the proposal. The generation changes if the calibration changes. Until
+/// four pairs agree, `SELFCAL_ERROR_NO_ESTIMATE` and `SELFCAL_ERROR_NOT_LOCKED` are normal.
 ///
 /// * `applied`: the calibration now in use; may be null.
 #[unsafe(no_mangle)]
@@ -38,7 +39,8 @@ pub unsafe extern "C" fn selfcal_undo(
     })
 }
 
-/// Freezes the estimate and the calibration in use, or releases both.
+/// Freezes the estimate and the calibration in use, or releases both. While they are frozen, pairs are still solved,
+/// and end with `SELFCAL_ERROR_FROZEN`. `selfcal_apply` and `selfcal_undo` return this error, too.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_set_frozen(cal: *mut selfcal_t, frozen: bool) -> selfcal_error_t {
     status(|| {

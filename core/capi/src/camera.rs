@@ -54,7 +54,7 @@ pub struct selfcal_camera_t {
     pub size_px: [u16; 2],
     /// A `selfcal_lens_t`.
     pub lens: u32,
-    /// Lens coefficients in OpenCV's order, dimensionless. Coefficients that the model does not use are 0.
+    /// Lens coefficients in OpenCV's order, dimensionless. Coefficients that the model does not use must be 0.
     pub distortion: [f32; 8],
 }
 
@@ -88,7 +88,8 @@ fn fault(error: CameraError) -> Fault {
 }
 
 impl selfcal_camera_t {
-    /// Returns the camera of the core, or the texts of the fault; any bits are checked.
+    /// Returns the camera of the core, or the texts of the fault. It checks all fields, because the caller may have
+    /// written any bits.
     pub(crate) fn core(&self) -> Result<Camera<f32>, Fault> {
         let [k1, k2, k3, k4, k5, beyond @ ..] = self.distortion;
         let none = |unused: &[f32]| {

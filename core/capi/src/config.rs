@@ -50,7 +50,9 @@ pub struct selfcal_config_t {
     /// A `selfcal_preset_t`.
     pub preset: u32,
     /// Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24 in
-    /// the robust preset, 100 in the paper preset. The robust preset takes up to 9 passes even if the limit is lower.
+    /// the robust preset, 100 in the paper preset, which takes one more pass to evaluate its result. The robust preset
+    /// takes up to 9 passes even if the limit is lower. With a limit below 20 it does not test before the first lock
+    /// whether a turned baseline fits better.
     pub max_passes: u16,
     /// Least number of usable correspondences that a pair needs: 6 or more; default 12.
     pub min_correspondences: u16,
@@ -81,7 +83,7 @@ pub struct selfcal_config_t {
     pub angle: u32,
     /// A `selfcal_lens_tracking_t`. Robust preset with a lens prior.
     pub lens_tracking: u32,
-    /// 1 if `lens_prior` replaces the default deviations of the lens models. Robust preset.
+    /// 1 if `lens_prior` replaces the default deviations of the lens models, otherwise 0. Robust preset.
     pub has_lens_prior: u32,
     /// Standard deviations of the given lens models, which `sd_lens` of the proposal covers. All 0 take the lens models
     /// as exact; disagreeing image halves then forbid to apply the estimate (`SELFCAL_REASON_BIASED`).
@@ -135,7 +137,8 @@ impl ConfigFault {
 }
 
 impl selfcal_config_t {
-    /// Returns the configuration of the core, or the fault; any bits are checked.
+    /// Returns the configuration of the core, or the fault. It checks all fields, because the caller may have written
+    /// any bits.
     pub(crate) fn core(&self) -> Result<Config, ConfigFault> {
         const PAPER: u32 = selfcal_preset_t::SELFCAL_PRESET_PAPER as u32;
         const COMPENSATE: u32 = selfcal_lens_tracking_t::SELFCAL_LENS_TRACKING_COMPENSATE as u32;

@@ -161,7 +161,7 @@ pub unsafe extern "C" fn selfcal_frame_match(
 
 /// Does the same as `selfcal_frame_match`, for a match that a tracker follows.
 ///
-/// * `track`: number of the track; its low 12 bits are sent. 0 for a match without a track.
+/// * `track`: number of the track; its low 12 bits are sent. If they are 0, the match is sent without a track.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_frame_tracked_match(
     encoder: *mut selfcal_encoder_t,

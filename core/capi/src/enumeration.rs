@@ -34,7 +34,8 @@ macro_rules! c_enum {
 }
 
 /// Converts enumerations of the core to an enumeration of C: the number of a value is its code in the core plus
-/// `first`. The `first` of each enumeration differs, so that no two enumerations share a number.
+/// `first`. A code that the enumeration of C does not have becomes `unknown`. The `first` of each enumeration differs,
+/// so that no two enumerations share a number.
 macro_rules! from_core {
     ($($core:ty),+ => $name:ident from $first:literal, else $unknown:ident) => {
         impl $name {
@@ -64,7 +65,7 @@ pub(crate) trait Values: Copy + 'static {
 /// A number and its text.
 pub(crate) type Text = (u32, &'static CStr);
 
-/// Returns a line of documentation, which ends in a zero byte, as a text without its leading space.
+/// Returns a line of documentation, which ends in its only zero byte, as a text without its leading space.
 pub(crate) const fn text(line: &'static str) -> &'static CStr {
     let ([b' ', bytes @ ..] | bytes) = line.as_bytes();
     match CStr::from_bytes_with_nul(bytes) {
@@ -75,7 +76,7 @@ pub(crate) const fn text(line: &'static str) -> &'static CStr {
 
 const UNKNOWN: &CStr = c"unknown";
 
-/// The texts of all enumerations, whose numbers are distinct.
+/// The texts of all enumerations that the API returns. No two of these enumerations share a number.
 const ALL: &[&[Text]] = &[
     selfcal_error_t::TEXTS,
     selfcal_pushed_t::TEXTS,
@@ -89,8 +90,9 @@ const ALL: &[&[Text]] = &[
     selfcal_witnessed_t::TEXTS,
 ];
 
-/// Returns the English text of an error code, or of any other enumeration value that the API returns; never null. No
-/// two enumerations share a number. For other numbers the text is `"unknown"`.
+/// Returns the English text of an error code, or of a value of any other enumeration that is the type of a result;
+/// never null. No two of these enumerations share a number. For other numbers the text is `"unknown"`. Enumerations
+/// that arguments have as plain numbers, such as `selfcal_lens_t`, have no texts, and share numbers with error codes.
 #[unsafe(no_mangle)]
 pub extern "C" fn selfcal_string(value: u32) -> *const c_char {
     let found = ALL.iter().copied().flatten().find(|(number, _)| *number == value);

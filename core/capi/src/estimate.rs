@@ -79,13 +79,13 @@ c_enum! {
 
 from_core!(Direction => selfcal_direction_t from 15000, else SELFCAL_DIRECTION_UNKNOWN);
 
-/// Reported standard deviations of an estimate.
+/// Reported standard deviations of an estimate: the expected sizes of its errors.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_sd_t {
-    /// Deviation of `R`, rad.
+    /// Deviation of `R`, rad: root of the sum of the variances about the three axes.
     pub rotation_rad: f32,
-    /// Deviation of the direction of `t`, rad.
+    /// Deviation of the direction of `t`, rad: root of the sum of the variances of its two angles.
     pub translation_rad: f32,
 }
 
@@ -209,7 +209,7 @@ pub struct selfcal_proposal_t {
     pub covariance: [[f32; 5]; 5],
     /// Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth.
     pub lens_yaw: selfcal_finding_t,
-    /// The least certain direction.
+    /// The least certain direction, with the lens models uncertain as in `sd_lens`.
     pub weakest: selfcal_weakest_t,
     /// Motion of the rig about the estimate; 0 in the paper preset.
     pub vibration: selfcal_vibration_t,

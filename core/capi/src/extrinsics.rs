@@ -25,7 +25,8 @@ impl selfcal_extrinsics_t {
         *self == Self::ZERO
     }
 
-    /// Returns the extrinsics of the core, or the text of the fault; any bits are checked.
+    /// Returns the extrinsics of the core, or the text of the fault. It checks all fields, because the caller may have
+    /// written any bits.
     pub(crate) fn core(&self) -> Result<Extrinsics<f32>, &'static CStr> {
         if self.is_zero() {
             return Ok(Extrinsics::SIDE_BY_SIDE);

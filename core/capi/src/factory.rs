@@ -40,7 +40,8 @@ pub struct selfcal_factory_t {
 }
 
 impl selfcal_factory_t {
-    /// Returns the factory calibration of the core, or the text of the fault; any bits are checked.
+    /// Returns the factory calibration of the core, or the text of the fault. It checks all fields that are used,
+    /// because the caller may have written any bits.
     pub(crate) fn core(&self) -> Result<FactoryCalibration<f32>, &'static CStr> {
         let left = self.left.core().map_err(|[left, _]| left)?;
         let right = self.right.core().map_err(|[_, right]| right)?;
@@ -86,9 +87,9 @@ pub(crate) unsafe fn factory(
 }
 
 /// Returns the English text of the parameter or quantity that `selfcal_init` refuses; never null. If both arguments
-/// are valid, the text is `"no error"`.
+/// are valid, the text is `"no error"`. If both are refused, the text names the parameter of `config`.
 ///
-/// * `config`, `factory`: each may be null, and is not checked then.
+/// * `config`, `factory`: each may be null. An argument that is null or misaligned is not checked.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_argument_string(
     config: *const selfcal_config_t,

@@ -10,7 +10,9 @@ use crate::pointer::Out;
 
 c_enum! {
     /// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs
-    /// by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more.
+    /// by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. In the
+    /// paper preset, and while the two belong to different cameras, a tenth over the matches of the last pair is
+    /// enough.
     #[repr(u32)]
     pub enum selfcal_band_t {
         /// good
@@ -248,7 +250,7 @@ pub unsafe extern "C" fn selfcal_health(
 
 /// Writes the expected depth errors of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. Takes one
 /// pass over the batch. The noise of the matcher and the error of the baseline length are not included. Returns
-/// `SELFCAL_ERROR_NOT_LOCKED` unless the estimate is locked.
+/// `SELFCAL_ERROR_NOT_LOCKED` if the estimate is not locked. It also has the errors of `selfcal_health`.
 ///
 /// * `baseline_m`: length of the baseline, m; finite and above 0.
 /// * `errors`: expected depth errors, m.

@@ -5,8 +5,8 @@ use stereo_selfcal::geometry::LensCorrection;
 use zerocopy::FromBytes;
 
 /// Standard deviations of the errors of the given lens models; 0 takes a parameter as exact. `focal`, `principal_px`
-/// and `k1` apply to each camera; each of the other fields says what it applies to. The defaults are, in the order of
-/// the fields, 0.003, 1 px, 0.005, 0.001, 0.00025 and 0.0046.
+/// and `k1` apply to each camera; each of the other fields says what it applies to. Without a given lens prior the
+/// values are, in the order of the fields, 0.003, 1 px, 0.005, 0.001, 0.00025 and 0.0046 rad.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_lens_prior_t {

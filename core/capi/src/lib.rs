@@ -14,7 +14,7 @@
 //! One contract holds for all functions. Each pointer is null, or points to a live object of its type that
 //! no other thread or interrupt touches during the call, and that does not overlap the other objects of the
 //! call. The functions refuse null and misaligned pointers, and storage without a prior
-//! `selfcal_init`, `selfcal_link_init` or `selfcal_frame_begin`.
+//! `selfcal_init`, `selfcal_link_init`, `selfcal_tracks_init` or `selfcal_frame_begin`.
 
 #![no_std]
 #![deny(
@@ -82,8 +82,8 @@ pub use rectify::*;
 pub use tracks::*;
 pub use witness::*;
 
-/// Unreachable: the core has no reachable panic, and the example firmware links without this function.
-/// It loops, so that a watchdog can act.
+/// Unreachable: the core has no reachable panic. `.ci/capi` links all functions of the API, and checks that the linker
+/// drops this function. It loops, so that a watchdog can act.
 #[cfg(target_os = "none")]
 #[panic_handler]
 fn panic(_: &core::panic::PanicInfo<'_>) -> ! {

@@ -8,7 +8,7 @@ use crate::pointer::check;
 /// # Safety
 /// `repr(C)`, and the first field is a `[u32; 3]`.
 pub(crate) unsafe trait Marked: Sized {
-    /// Name of the content: eight ASCII letters.
+    /// Name of the content: eight ASCII characters.
     const NAME: [u32; 2];
 
     /// Value of the first field: the name, and the size, which differs between most builds.

@@ -91,7 +91,7 @@ pub struct selfcal_report_t {
     pub information: [[f32; 5]; 5],
     /// Why the solver stopped.
     pub stop: selfcal_stop_t,
-    /// Passes taken over the batch.
+    /// Passes taken over the batch. The paper preset does not count the evaluation pass.
     pub passes: u16,
     /// Number of correspondences in front of both rectified cameras.
     pub usable: u32,
@@ -103,7 +103,7 @@ pub struct selfcal_report_t {
     pub cost_before: f32,
     /// Cost at the solution, px^2.
     pub cost_after: f32,
-    /// RMS row offset of the screened correspondences at the start, px.
+    /// RMS row offset of the screened correspondences at the start, px; 0 without any.
     pub rms_px_before: f32,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: f32,
@@ -158,7 +158,7 @@ pub struct selfcal_outcome_t {
     pub fused: selfcal_fused_t,
     /// Whether the pair was solved. Then `pair` is valid, even if the pair was not fused.
     pub has_pair: bool,
-    /// Result of the pair alone. If it is not valid, its numbers are 0.
+    /// Result of the pair alone. If it is not valid, its numbers are 0, and `stop` is `SELFCAL_STOP_UNKNOWN`.
     pub pair: selfcal_report_t,
 }
 

@@ -85,7 +85,9 @@ pub struct selfcal_batch_t {
 }
 
 /// Offers one correspondence to the batch. A full batch selects: it keeps matches spread over the left image, and
-/// prefers the better score among neighbours. The first correspondence after the end of a pair begins a new batch.
+/// prefers the better score among neighbours. The first correspondence after the end of a pair begins a new batch. A
+/// correspondence that is not valid is refused and counted. While a pair is being solved, the batch takes no
+/// correspondence: `SELFCAL_ERROR_BUSY`.
 ///
 /// * `pushed`: effect on the batch; may be null.
 #[unsafe(no_mangle)]

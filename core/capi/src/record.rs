@@ -14,8 +14,9 @@ const _: () =
     assert!(SELFCAL_SNAPSHOT_BYTES == Calibrator::<f32, SELFCAL_CAPACITY>::SNAPSHOT_BYTES);
 
 /// Writes the calibration in use and the estimate as a record for non-volatile memory. The estimate is a prior: pose
-/// and covariance, noise, vibration, and the knowledge of lens and mount. The record omits the factory calibration (see
-/// `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
+/// and covariance, noise, vibration, and the knowledge of lens and mount. The record also contains the generation, the
+/// calibration that `selfcal_undo` returns to, and whether the calibrator is frozen. It omits the factory calibration
+/// (see `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
 ///
 /// The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
 /// record until the new one is written: `selfcal_restore` detects a record that a loss of power has cut
@@ -36,8 +37,8 @@ pub unsafe extern "C" fn selfcal_snapshot(
     })
 }
 
-/// Replaces everything that has been learnt by a record: the calibration in use, and the estimate. The rig may have
-/// changed since: the state is `SELFCAL_STATE_SUSPECT` until a pair confirms the estimate.
+/// Replaces everything that has been learnt by the content of a record of `selfcal_snapshot`. The rig may have changed
+/// since: a restored estimate is `SELFCAL_STATE_SUSPECT` until a pair confirms it.
 ///
 /// Call it after `selfcal_init` with the same factory calibration. If the record is refused, the calibrator is in the
 /// state after `selfcal_reset`: go on from the factory calibration.

@@ -84,8 +84,9 @@ pub unsafe extern "C" fn selfcal_link_feed_tracked(
 
 /// Does the same as `selfcal_push_motion`, with the tracked matches that the earlier frame and the frame of the last
 /// pair share. Call it after the end of the pair. Each frame is joined to the same earlier frame until the rig has
-/// moved far enough for a measurement; before, the call returns `SELFCAL_ERROR_NO_MOTION`. After a measurement the last
-/// frame becomes the earlier frame.
+/// moved far enough for a measurement. Before that, `SELFCAL_ERROR_NO_MOTION` and `SELFCAL_ERROR_TOO_FEW` are normal.
+/// After a measurement, and after `SELFCAL_ERROR_CONTRADICTS`, the last frame becomes the earlier frame. A frame that
+/// shares fewer than half of the tracks of the earlier frame also replaces it.
 ///
 /// * `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]

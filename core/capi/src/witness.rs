@@ -67,8 +67,8 @@ from_core!(Witnessed => selfcal_witnessed_t from 19000, else SELFCAL_WITNESSED_U
 /// (`selfcal_factory_t.baseline_m`) and a match that fits the estimate: `right_px`, or a match of the pair within 3 px.
 /// Five readings with an error of 1 %, or ten with an error of 3 %, are enough.
 ///
-/// A reading that contradicts the present yaw waits. The present yaw is replaced once enough contradicting readings in
-/// a row agree with each other: more than support the present yaw, which takes two to four.
+/// A reading that contradicts the present yaw waits. The present yaw is replaced once more contradicting readings in a
+/// row agree with each other than support the present yaw. This takes two to four readings.
 ///
 /// * `witnessed`: effect on the estimate; may be null.
 #[unsafe(no_mangle)]
@@ -100,7 +100,7 @@ type Tracked = [RayPair<f32>; 2];
 const _: () = assert!(size_of::<selfcal_tracked_t>() == size_of::<Tracked>());
 const _: () = assert!(align_of::<selfcal_tracked_t>() >= align_of::<Tracked>());
 
-/// Writes the rays of a tracked match.
+/// Writes the rays of a tracked match, in the cameras as given.
 ///
 /// * `before`, `after`: the match in the first and in the second pair.
 #[unsafe(no_mangle)]

@@ -38,15 +38,16 @@ impl<T: Scalar> BlockVariances<T> {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
     }
 
-    /// Returns the larger variance of each block.
+    /// Returns the larger of both variances, of this one and of `other`, for each block.
     pub(crate) fn at_least(&self, other: &Self) -> Self {
         let Self { rotation, baseline } = *self;
         Self { rotation: rotation.max(other.rotation), baseline: baseline.max(other.baseline) }
     }
 
-    /// Returns the variance of `R`, rad^2, beyond that of a rig at rest, if rotations of the cameras explain both
-    /// variances; otherwise 0. A camera rotation moves the baseline about as much as `R`. A wrong lens or a rolling
-    /// shutter scatters the baseline far more than `R`, and scatters `R` by no more than [`TURN_RAD`].
+    /// Returns the variance of `R`, rad^2, minus the variance of a rig at rest ([`VIBRATION_RAD`] squared), if
+    /// rotations of the cameras explain both variances; otherwise 0. A camera rotation moves the baseline about as much
+    /// as `R`. A wrong lens or a rolling shutter scatters the baseline far more than `R`, or scatters `R` by no more
+    /// than [`TURN_RAD`].
     pub(crate) fn of_turns(&self) -> T {
         let Self { rotation, baseline } = *self;
         let turns = rotation > T::lit(TURN_RAD * TURN_RAD)
@@ -99,12 +100,12 @@ impl<T: Scalar> BlockVariances<T> {
         scatter
     }
 
-    /// Returns `Q^-1 x`.
+    /// Returns `Q^-1 x`; variances of `Q` below [`LEAST`] are raised to it.
     pub(crate) fn precise(&self, x: &Vector5<T>) -> Vector5<T> {
         x.component_mul(&Vector5::from(self.precision()))
     }
 
-    /// Returns `L + Q^-1`.
+    /// Returns `L + Q^-1` for the information `L`; variances of `Q` below [`LEAST`] are raised to it.
     pub(crate) fn with_precision(&self, information: &Information<T>) -> Symmetric5<T> {
         information.0.plus(&Symmetric5::of_diagonal(self.precision()))
     }
@@ -113,8 +114,9 @@ impl<T: Scalar> BlockVariances<T> {
         self.diagonal().map(|q| T::ONE / q.max(T::lit(LEAST)))
     }
 
-    /// Returns the equations for the mean extrinsics if the optimum of `of` contains the random effect: information
-    /// `(L^-1 + Q)^-1`, and the same optimum. Free directions stay free. `None` if numbers overflow.
+    /// Returns the equations for the mean extrinsics if the optimum of `of` contains the random effect. With the
+    /// information `L` of `of`, they have the information `(L^-1 + Q)^-1` and the same optimum. Free directions stay
+    /// free. `None` if numbers overflow.
     #[inline(never)]
     pub(crate) fn marginal(&self, of: &NormalEquations<T>) -> Option<NormalEquations<T>> {
         let factor = self.with_precision(&of.information).factor(T::ZERO)?;

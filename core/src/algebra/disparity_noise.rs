@@ -14,7 +14,8 @@ use crate::geometry::so3::product;
 use crate::scalar::Scalar;
 use crate::thresholds::{ALIKE_DISPARITIES, DISPARITY_NOISE_MARGIN};
 
-/// Information on the baseline that noise adds, 1/rad^2: forward, mixed and down elements.
+/// Information on the baseline that noise adds, 1/rad^2: the elements forward (rotation about y), mixed, and down
+/// (rotation about z).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct BaselineNoise<T>(pub(crate) [T; 3]);
 
@@ -27,8 +28,9 @@ pub(crate) struct BiasedEquations<T> {
 }
 
 impl<T: Scalar> Moments<T> {
-    /// Sets the noise tensor of one pair, that is, the weighted covariance of `a x b`, from the moments and the
-    /// variance of a coordinate. Must be called after [`Moments::set_gradient`].
+    /// Sets the noise tensor of one pair, that is, the weighted covariance of `a x b` that noise causes, from the
+    /// products and the variance of a coordinate. [`Moments::set_gradient`] sets the elements xy and xz. The
+    /// elements that this function sets are zero if the sums are not positive or not numbers.
     ///
     /// * `pose`: pose of the frame; `variance`: variance of a coordinate at unit depth, dimensionless.
     #[inline(never)]
@@ -61,9 +63,9 @@ impl<T: Scalar> Moments<T> {
         self.noise = [kept, variance * sum.m22, variance * sum.m32, forward];
     }
 
-    /// Returns whether the variance of the disparities about an upright plane is below [`ALIKE_DISPARITIES`] times the
-    /// variance of their noise. Then both sides show the same image, possibly shifted or with other intrinsics. Must be
-    /// called after [`Moments::set_noise`].
+    /// Returns whether the variance of the disparities about a linear function of the column is below
+    /// [`ALIKE_DISPARITIES`] times the variance of their noise. Then both sides show the same image, possibly shifted
+    /// or with other intrinsics. Must be called after [`Moments::set_noise`].
     pub(crate) fn are_disparities_alike(&self) -> bool {
         let [_, noise, ..] = self.noise;
         let sums = |[i, j]: [usize; 2]| self.products.get(i * (i + 1) / 2 + j).copied();
@@ -129,7 +131,7 @@ impl<T: Scalar> Moments<T> {
         BiasedEquations { normal: self.at_frame(), noise: BaselineNoise([zz, -zy, yy]) }
     }
 
-    /// Returns the normal equations at a pose, without the noise.
+    /// Returns the normal equations at a pose, without the noise of disparities.
     pub(crate) fn debiased_at_pose(
         &self,
         frame: &RectifyingRotations<T>,
@@ -182,9 +184,10 @@ impl<T: Scalar> BiasedEquations<T> {
     /// noise, is the covariance of the gradient. `A`, the sum without noise, is the derivative of the expected
     /// gradient.
     ///
-    /// Only the block of the baseline changes. Let `K = L L^T` be its marginal information and `S` the noise. The
-    /// eigenvalues `l` of `L^-1 S L^-T` give the gains `max(0, 1 - l)`. A gain is never negative, and near 1 if
-    /// disparities far exceed the noise.
+    /// Only the block of the baseline changes. Let `K = L L^T` be its marginal information, and `S` the noise times
+    /// [`DISPARITY_NOISE_MARGIN`]. The eigenvalues `l` of `L^-1 S L^-T` give the gains `1 - l`, limited to 0 to 1. A
+    /// gain is near 1 if disparities far exceed the noise. Equations with a free direction are returned with their
+    /// noise.
     #[inline(never)]
     pub(crate) fn debiased(&self) -> NormalEquations<T> {
         let Some((step, covariance)) = self.normal.optimum() else {

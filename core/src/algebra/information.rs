@@ -55,7 +55,8 @@ impl<T: Scalar> Information<T> {
     }
 
     /// Returns the weighted sum of the squared disparities caused by a yaw error (rotation about y) of one standard
-    /// deviation: `H_pitch / H_yaw`, dimensionless.
+    /// deviation: `H_pitch / H_yaw`, dimensionless. `H_pitch` is about the sum of the weights, and `1 / H_yaw` is the
+    /// variance of yaw.
     #[cfg(feature = "paper")]
     fn yaw_share(&self) -> T {
         let [pitch, yaw, ..] = self.0.diagonal();
@@ -130,7 +131,8 @@ impl<T: Scalar> Information<T> {
         })
     }
 
-    /// Returns the solution `x` of `(H + damping diag H) x = -gradient`, rad; `None` if a pivot is not positive.
+    /// Returns the solution `x` of `(H + damping diag H) x = -gradient`, rad. `None` if a pivot is not positive or not
+    /// finite.
     pub(crate) fn damped_step(&self, damping: T, gradient: &Vector5<T>) -> Option<Vector5<T>> {
         Some(-self.0.factor(damping)?.solve(gradient))
     }
@@ -221,7 +223,7 @@ mod tests {
             sum.add_outer(1.0, &[1.0, x.sin(), x.cos(), (2.0 * x).sin(), (2.0 * x).sin()]);
         }
         assert!(!sum.is_observable());
-        // If two columns differ only by rounding, a covariance exists, but one direction is not observable.
+        // If two columns are nearly equal, a covariance exists, but one direction is not observable.
         for i in 0..100_u8 {
             let noise = 3e-4 * f32::from(i % 7);
             sum.add_outer(1.0, &[0.0, 0.0, 0.0, noise, -noise]);
@@ -230,7 +232,7 @@ mod tests {
         assert!(!Information::<f32>::ZERO.is_observable());
         assert_eq!(Information::<f32>::ZERO.covariance(), None);
         assert!(example().is_observable());
-        // The rounding error of 1e12 corresponds to an information of 0.014 on another direction.
+        // Beside an information of 1e12, a direction needs an information above `1e12 EPSILON^2` = 0.014.
         let of = |least: f32| Information(Symmetric5::of_diagonal([1e12, 1.0, 1e9, least, 1.0]));
         assert_eq!(
             [0.02, 0.01, 0.0, f32::NAN].map(|least| of(least).is_observable()),

@@ -17,8 +17,8 @@ use crate::scalar::Scalar;
 /// `k1`, each for the left, then for the right camera; last, `p1` of the right camera minus `p1` of the left camera.
 pub(crate) const LENS_PARAMETERS: usize = 9;
 
-/// Buffers for the normal equations of the lens at a pose, about the lens of the rays. The caller solves the equations
-/// in place, because copies would take stack.
+/// Buffers for the normal equations of the lens at a pose, linearised about the lens models by which the rays were
+/// computed. The caller solves the equations in place, because copies would take stack.
 #[derive(Debug)]
 pub(crate) struct LensTerms<'a, T> {
     /// Mixed information of lens and extrinsics, one row for each lens parameter.
@@ -35,7 +35,7 @@ impl<T: Scalar> LensTerms<'_, T> {
     }
 
     /// Marginalises over a random scatter of the extrinsics from pair to pair, as if all pairs had the same
-    /// information.
+    /// information. Changes nothing if numbers overflow.
     ///
     /// * `variances`: variances of the mean over the pairs, rad^2; `extrinsics`: equations of the extrinsics, which
     ///   become marginal too.
@@ -60,7 +60,7 @@ impl<T: Scalar> LensTerms<'_, T> {
             others.for_each(|(i, other)| *i -= Vector5::from(*other).dot(&taken_up));
             *own = variances.precise(&taken_up).into();
         }
-        // The noise of disparities is reduced by the same factor as the information on the baseline.
+        // The noise of disparities is reduced by the same factor as the trace of the information on the baseline.
         let [.., y, z] = plain.information.0.diagonal();
         let [.., left_y, left_z] = marginal.information.0.diagonal();
         let share = ((left_y + left_z) / (y + z).max(T::EPSILON)).min(T::ONE);
@@ -98,9 +98,10 @@ impl<T: Scalar> Moments<T> {
 
 /// Fills the coefficients of the coordinates in the derivatives of the constraint with respect to the lens.
 ///
-/// A true ray is `(x - c_x, y - c_y, 1 + s)`. So each of these parameters moves the ray along an axis of its camera by
-/// the value of the parameter. A factor of the ray's depth in its camera, which is 1, makes this displacement linear in
-/// the ray.
+/// With the relative error `s` of the focal length and the errors `c_x`, `c_y` of the principal point, a given ray
+/// `(x, y, 1)` is truly `(x - c_x, y - c_y, 1 + s)`. So each of these parameters moves the ray along an axis of its
+/// camera by the value of the parameter. The displacement is multiplied by the ray's depth in its camera, which is 1.
+/// This makes it linear in the ray.
 ///
 /// * `of_offset`: the coefficients of the constraint.
 fn coefficients<T: Scalar>(

@@ -1,14 +1,15 @@
 //! Weighted second moments of ray products. They give the normal equations of the epipolar constraint at any pose, in
 //! constant memory, and exactly for frozen weights.
 //!
-//! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a` (left) and `b` (right), with
-//! `X = [i_1]x` in the rectified frame. Three more coordinates are derivatives of the constraint with respect to the
-//! lens. So `sum w C^2 = e^T M e` with a 12 x 12 matrix `M`, and the matrices of several pairs are added. The optimum
-//! over all pairs on the essential manifold (`e` as a function of the pose) follows from `M` alone.
+//! The epipolar constraint `C = b^T X a` is linear in the nine products of two rays `a` (left) and `b` (right); in the
+//! rectified frame, `X = [i_1]x` with the x axis `i_1`. The nine products, and three derivatives of the constraint with
+//! respect to the lens, are the coordinates `k` of a correspondence. At any pose `C = e^T k`, and only the coefficients
+//! `e` depend on the pose. So `sum w C^2 = e^T M e` with the 12 x 12 matrix `M = sum w k k^T`, and the matrices of
+//! several pairs are added. The optimum over all pairs follows from `M` alone.
 //!
 //! The products are split into the antisymmetric part `a x b` and the symmetric part: `cx cy cz xx yy zz xy xz yz`. The
 //! first component of `a x b` is `C`; the other two are disparities. Sums of these small numbers keep their digits in
-//! `f32`, which the differences of large sums would lose.
+//! `f32`; differences of large sums would lose them.
 
 mod sums;
 mod times;
@@ -46,8 +47,8 @@ pub(crate) struct Moments<T> {
     /// Offset that is subtracted from the gradient of `M` with respect to the five unknowns, 1/rad. It accounts for the
     /// derivative of the residual's variance.
     pub(super) slope: [T; 5],
-    /// Noise tensor: weighted covariance of `a x b` caused by noise alone, elements xx, yy, zy, zz. Its other elements
-    /// are the baseline part of `slope`. [`Self::set_noise`] sets it.
+    /// Noise tensor: weighted covariance of `a x b` caused by noise alone, 1/rad^2: elements xx, yy, zy, zz. Its other
+    /// elements follow from the baseline part of `slope`. [`Self::set_noise`] computes it for one pair.
     pub(super) noise: [T; 4],
 }
 
@@ -115,10 +116,11 @@ impl<T: Scalar> Moments<T> {
         }
     }
 
-    /// Returns the normal equations of the cost at a pose.
+    /// Returns the normal equations of the cost at a pose, noise of disparities included.
     ///
     /// * `frame`: pose whose rectified frame is the frame of the sums.
-    /// * `pose`: any pose; the equations are exact for frozen weights.
+    /// * `pose`: any pose. The part from `M` is exact for frozen weights; the offset of the gradient is exact to first
+    ///   order.
     pub(crate) fn at_pose(
         &self,
         frame: &RectifyingRotations<T>,
@@ -188,7 +190,7 @@ impl<T: Scalar> Coefficients<T> {
     /// Adds the coefficients at `pose`, for products in the rectified frame of `frame`.
     #[inline(never)]
     pub(super) fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
-        // Columns: the rectified axes of `pose` in the rectified frame of `frame`.
+        // Columns: the rectified axes of `pose` in the rectified frame of `frame`, seen by each camera.
         let left = product(frame.left().matrix(), &pose.left().matrix().transpose());
         let right = product(frame.right().matrix(), &pose.right().matrix().transpose());
         let ([[x_l, y_l, z_l], [x_r, y_r, z_r]], one) = ([left.data.0, right.data.0], T::ONE);

@@ -114,7 +114,7 @@ impl<T: Scalar> NormalEquations<T> {
     /// independent measurements. The true values may differ by a random effect. With correct covariances the distance
     /// is chi-square distributed with five degrees of freedom.
     ///
-    /// `None` if a direction is free in one of the models.
+    /// `None` if a direction is free in one of the models, or if the distance is not finite.
     ///
     /// * `apart`: variance of the difference of the true values in each unknown, rad^2.
     pub(crate) fn distance_apart(&self, other: &Self, apart: &[T; 5]) -> Option<T> {
@@ -139,7 +139,7 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
 
-    /// Draws a standard normal number: the sum of twelve uniform numbers minus 6 (Irwin-Hall).
+    /// Draws a nearly normal number of mean 0 and variance 1: the sum of twelve uniform numbers minus 6 (Irwin-Hall).
     fn normal(rng: &mut ChaCha8Rng) -> f64 {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }

@@ -8,8 +8,8 @@
 //! information `D^T M' l = H E l = D^T M l`, where `M` are the moments of the original sums. So a lens error moves the
 //! estimate by the same amount with `M'` as with `M`.
 //!
-//! `E D = I` fixes five of the twelve columns, and the column of the residual is zero at the optimum. Six columns are
-//! free.
+//! `E D = I` fixes five of the twelve columns of `E`, and the column of the residual is zero at the optimum. The other
+//! six columns are free.
 
 use nalgebra::Vector5;
 
@@ -35,7 +35,8 @@ pub(crate) struct Response<T>(pub(crate) [[T; 5]; 6]);
 impl<T: Scalar> Response<T> {
     pub(crate) const ZERO: Self = Self([[T::ZERO; 5]; 6]);
 
-    /// Sets the response of `sums` about the pose of their frame; `None` if the normal equations have no solution.
+    /// Sets the response of `sums` about the pose of their frame; `None`, without a change, if the normal equations
+    /// have no solution. Elements are limited to [`MAX_RESPONSE`] in magnitude.
     ///
     /// * `information`: information of the sums, 1/rad^2; `prior`: additional information on each unknown, 1/rad^2.
     #[inline(never)]
@@ -104,10 +105,10 @@ fn dot<T: Scalar>(a: &Vector5<T>, b: &[T; 5]) -> T {
 }
 
 impl<T: Scalar> Moments<T> {
-    /// Sets the moments of a prior, in the frame of its pose.
+    /// Sets the moments of a prior, in the rectified frame of its pose.
     ///
-    /// * `of`: equations about the pose, with their noise of disparities; `squares`: weighted sum of squared residuals,
-    ///   dimensionless.
+    /// * `of`: equations about the pose, with their noise of disparities; `response`: free columns of `E`; `squares`:
+    ///   weighted sum of squared constraints, dimensionless.
     #[inline(never)]
     pub(crate) fn set_prior(
         &mut self,

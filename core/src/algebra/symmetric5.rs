@@ -12,7 +12,8 @@ use crate::scalar::Scalar;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct Symmetric5<T>(pub(crate) [T; 15]);
 
-/// Factors of `M = L D L^T`. The factorisation needs no square roots, and its accuracy does not depend on the units.
+/// Factors of `M = L D L^T`; `L` has a unit diagonal. The factorisation needs no square roots, and its accuracy does
+/// not depend on the units.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Factor<T> {
     /// Elements below the diagonal of `L`, row by row.
@@ -79,7 +80,7 @@ impl<T: Scalar> Symmetric5<T> {
         self.add_outer(w, j);
     }
 
-    /// Adds the lower triangle of `a b^T`, one term of a symmetric sum.
+    /// Adds the lower triangle of `a b^T`. The sum of all terms that a caller adds must be symmetric.
     #[rustfmt::skip]
     pub(crate) fn add_symmetric(&mut self, a: &[T; 5], b: &[T; 5]) {
         let ([a0, a1, a2, a3, a4], [b0, b1, b2, b3, b4]) = (*a, *b);
@@ -130,7 +131,8 @@ impl<T: Scalar> Symmetric5<T> {
         self
     }
 
-    /// Replaces the variance of yaw (unknown 1), and multiplies its covariances with the other unknowns by a gain.
+    /// Replaces the variance of yaw (the unknown at index 1), and multiplies its covariances with the other unknowns by
+    /// a gain.
     ///
     /// * `gain`: gain of the covariances, dimensionless; `variance`: new variance of yaw, rad^2.
     pub(crate) fn set_yaw(&mut self, gain: T, variance: T) {
@@ -181,7 +183,7 @@ impl<T: Scalar> Symmetric5<T> {
         Some(self.factor(T::ZERO)?.inverse())
     }
 
-    /// Returns `x^T M^-1 x`; `None` if the matrix is not positive definite.
+    /// Returns `x^T M^-1 x`; `None` if the matrix is not positive definite or the result is not finite.
     #[inline(never)]
     pub(crate) fn inverse_form(&self, x: &Vector5<T>) -> Option<T> {
         let form = x.dot(&self.factor(T::ZERO)?.solve(x));

@@ -30,7 +30,7 @@ pub enum Pushed {
     Kept,
     /// The batch holds the correspondence in place of another one.
     Replaced,
-    /// The batch is full and does not hold the correspondence, because its priority is too low.
+    /// The batch is full and does not hold the correspondence, which has the lowest priority in the fullest cells.
     LeftOut,
 }
 
@@ -61,16 +61,16 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// ```
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
-    /// The length has 16 bits: if a fault overwrites the memory, a wrong length still gives a slice.
+    /// The length has 16 bits, so that the slice has a valid size even if a fault has overwritten the length.
     pairs: heapless::Vec<RayPair<T>, N, u16>,
     selection: Selection<N>,
     left_out: u32,
     refused: u32,
-    /// Number of refused correspondences with a pixel that has no ray.
+    /// Number of refused correspondences with a pixel at which the lens model is not invertible.
     without_ray: u32,
-    /// Most frequent displacement of matches from the right image to the left image.
+    /// Vote for the most frequent displacement of matches from the right image to the left image.
     shift: Shift<T>,
-    /// Cells that contained matches in this batch or in earlier ones.
+    /// Cells that contained matches in this batch or in earlier ones since the last reset.
     seen: CellSet,
     /// Whether the matches belong to a transmission frame that has not yet ended with a correct CRC.
     arriving: bool,
@@ -104,8 +104,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         batch
     }
 
-    /// Undistorts and keeps one correspondence. A full batch either replaces a correspondence of lower priority, or
-    /// leaves the new one out.
+    /// Undistorts and keeps one correspondence. A full batch replaces the correspondence with the lowest priority in
+    /// the fullest cells; if this is the new one, it is left out.
     ///
     /// A correspondence that is left out for its priority is not undistorted, so a missing ray goes unnoticed. Cost:
     /// two undistortions, and a search in the list of the cell if the correspondence is kept.
@@ -133,7 +133,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         pushed
     }
 
-    /// Keeps a correspondence, replaces another one, or leaves the new one out. Does not update the counts.
+    /// Keeps a correspondence, replaces another one, or leaves the new one out. Does not count correspondences that are
+    /// left out or refused.
     fn select(&mut self, cameras: &Cameras<T>, c: &Correspondence<T>) -> Result<Pushed, PushError> {
         cameras.check(c)?;
         let (cell, priority) = (cameras.cell(c), Priority::of(c));
@@ -246,13 +247,15 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.cause().or_else(|| Cause::of_unsolved(why, transposed, self.is_moved_alike()))
     }
 
-    /// Returns the scatter of the matches with the most frequent displacement; see [`Shift::spread`].
+    /// Returns the sum and the number of the scores of the matches with the most frequent displacement; see
+    /// [`Shift::spread`].
     pub(crate) fn spread(&self) -> [T; 2] {
         self.shift.spread()
     }
 
-    /// Returns whether a large part of the valid matches has the same displacement between the images: its excess in
-    /// the vote ([`Shift::excess`]) is above a quarter of them. This holds if more than 5/8 have the same displacement.
+    /// Returns whether a large part of the valid matches has the same displacement between the images. The test is
+    /// whether the excess of this displacement in the vote ([`Shift::excess`]) is above a quarter of the valid matches.
+    /// This holds if more than 5/8 of them have the same displacement.
     pub(crate) fn is_moved_alike(&self) -> bool {
         let taken = self.offered().saturating_sub(self.refused);
         self.shift.excess > taken / 4
@@ -268,7 +271,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.refused
     }
 
-    /// Removes all correspondences, and resets the counts.
+    /// Removes all correspondences, and resets the counts. The cells that contained matches stay known.
     pub fn clear(&mut self) {
         self.pairs.clear();
         self.selection.clear();

@@ -7,9 +7,9 @@
 //!
 //! The members of each cell form a list in order of priority, so the whole batch is never scanned.
 //!
-//! Disparity has no influence, although near points determine most of `t`, because outliers have the largest
-//! disparities. With a preference for near points, a batch of 128 held 61 outliers instead of 39 when 30 % of the
-//! offered matches were outliers.
+//! Disparity has no influence. Near points determine most of `t`, but outliers have the largest disparities. With a
+//! preference for large disparities, a batch of 128 held 61 outliers instead of 39 when 30 % of the offered matches
+//! were outliers.
 
 use super::correspondence::{Correspondence, RayPair};
 use super::grid::{CELLS, Cell, CellSet};

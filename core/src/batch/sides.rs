@@ -7,8 +7,7 @@ use crate::thresholds::{MAX_BEHIND, TRACK_MIN_NEAR};
 /// Returns whether too many points are behind the cameras: at least [`TRACK_MIN_NEAR`], and more than [`MAX_BEHIND`]
 /// times as many as in front.
 ///
-/// * `[ahead, behind]`: numbers of points with small row offsets, clearly in front of the cameras and clearly behind
-///   them.
+/// * `[ahead, behind]`: numbers of points clearly in front of the cameras and clearly behind them.
 pub(crate) fn is_behind<T: Scalar>([ahead, behind]: [T; 2]) -> bool {
     behind >= T::count(TRACK_MIN_NEAR) && behind > T::lit(MAX_BEHIND) * ahead
 }

@@ -24,8 +24,8 @@ pub struct Calibration<T: Scalar> {
     pub cameras: Cameras<T>,
     /// `p_r = R p_l + t`.
     pub extrinsics: Extrinsics<T>,
-    /// Number that changes whenever the calibration in use changes; wraps around. [`Calibrator::restore`] may change the
-    /// number alone.
+    /// Number that changes whenever the calibration in use changes; wraps around. [`Calibrator::restore`] may change
+    /// the number alone.
     pub generation: u32,
 }
 
@@ -71,8 +71,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if of.correction.is_none() { Some(given) } else { given.corrected(&of.correction).ok() }
     }
 
-    /// Begins the estimate again with corrected lens models, if that makes it more certain. Returns whether it began
-    /// again.
+    /// Begins the estimate again with corrected lens models, if that makes it more certain. Then also empties the
+    /// batch, because its rays belong to the old lens models. Returns whether the estimate began again.
     #[inline(never)]
     pub(super) fn correct_lens(&mut self) -> bool {
         let Some((reference, corrected)) = self.next_lens() else { return false };
@@ -90,7 +90,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Some((reference, corrected))
     }
 
-    /// Puts a calibration into use, and keeps the previous one for [`Calibrator::undo`].
+    /// Puts a calibration into use, and keeps the previous one for [`Calibrator::undo`] if the calibration changes.
     ///
     /// # Errors
     /// [`ApplyError::Inconsistent`]: the cameras of the calibration are out of range; nothing changes.
@@ -108,7 +108,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         Ok(self.in_use())
     }
 
-    /// Replaces the calibration in use. Returns whether it changed.
+    /// Replaces the calibration in use, and changes the generation if the calibration changes. Returns whether it
+    /// changed.
     #[inline(never)]
     pub(crate) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
         let changed = self.in_use != new;

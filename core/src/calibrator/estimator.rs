@@ -65,8 +65,8 @@ impl<T: Scalar> Estimator<T> {
         context.knowing_yaw(factory.yaw_sd_rad).vibrating(self.vibration())
     }
 
-    /// Returns the pose that the row offsets give to the reported estimate, and the yaw of that pose; `None` without an
-    /// estimate and in the paper preset.
+    /// Returns the pose of the reported estimate, as the row offsets show it, and the yaw of this pose. `None` without
+    /// an estimate, without a valid covariance, and in the paper preset.
     pub(crate) fn rows(
         &self,
         context: &Context<'_, T>,
@@ -91,7 +91,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Forgets all pairs.
+    /// Forgets all pairs and witness measurements.
     pub(crate) fn reset(&mut self) {
         dispatch!(self, state => state.reset());
     }
@@ -164,7 +164,7 @@ impl<T: Scalar> Estimator<T> {
     /// Fuses the solved pair. A pair is fused at most once.
     ///
     /// # Errors
-    /// [`Rejection`]; the estimate is unchanged.
+    /// [`Rejection`]; the extrinsics of a confirmed estimate are unchanged.
     #[inline(never)]
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
         dispatch!(self, state => state.fuse(context))
@@ -199,7 +199,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Forgets all pairs and begins again with a corrected lens.
+    /// Forgets all pairs and begins again with a corrected lens. Mount yaw and vibration stay known.
     pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
         match self {
             #[cfg(feature = "paper")]
@@ -208,7 +208,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Returns whether a pair supports the estimate.
+    /// Returns whether there is an estimate, from fused pairs or from a record.
     pub(crate) fn has_pairs(&self) -> bool {
         dispatch!(self, state => state.has_pairs())
     }
@@ -274,7 +274,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Returns whether the lens of the estimate has a finite solution.
+    /// Returns whether the lens of the estimate has a plausible finite solution; true without a confirmed estimate.
     pub(crate) fn has_lens(&self, context: &Context<'_, T>) -> bool {
         match self {
             #[cfg(feature = "paper")]
@@ -283,7 +283,7 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Returns the estimate; `None` before the first pair.
+    /// Returns the estimate; `None` without one, or if it is not valid.
     ///
     /// * `in_use`: calibration in use, the source of the baseline if the pairs do not determine it.
     #[inline(never)]

@@ -29,14 +29,19 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// The calibration in use never changes. A rejected pair does not change the extrinsics of a confirmed estimate.
     /// After [`Rejection::Disagrees`] the standard deviations of the estimate may be larger, because the pair may show
-    /// a vibration. A pair that is rejected as [`Rejection::TooFew`], [`Rejection::TooUncertain`] or
-    /// [`Rejection::Frozen`] does not count against the estimate. In the paper preset no pair counts against it. Any
-    /// other rejected pair counts against each estimate that it was compared with:
+    /// a vibration. A rejected pair counts against each estimate that it was compared with. No pair counts in the paper
+    /// preset, and none counts while the calibrator is frozen. A batch with too few matches ([`Rejection::TooFew`] in
+    /// the first step) is not compared. Effects of the pairs that count:
     /// - A locked estimate becomes [`State::Suspect`], and [`State::Lost`] after ten such pairs in a row. The next pair
-    ///   that agrees with the estimate locks it again.
+    ///   that agrees with the estimate locks it again; if there is a challenger, this may take two such pairs.
     /// - A challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs disagree
-    ///   with it and their number exceeds half the number of its supporting pairs. If no estimate remains,
-    ///   [`Calibrator::proposal`] is `None` until a pair is fused.
+    ///   with it and their number exceeds half the number of its supporting pairs.
+    /// - A pair that agrees with a confirmed estimate counts against the challenger too. It drops the challenger if a
+    ///   pair has counted against it before.
+    /// - Before the first lock, a pair that fits a turned baseline clearly better than the estimate
+    ///   ([`Rejection::Behind`], [`Rejection::Columns`]) drops the estimate at once.
+    ///
+    /// If no estimate remains, [`Calibrator::proposal`] is `None` until a pair is fused.
     pub fn advance_pair(&mut self) -> Option<Outcome<T>> {
         match self.step {
             Step::Collecting | Step::Ended => self.begin(),
@@ -87,8 +92,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.report(&context, self.batch.pairs())
     }
 
-    /// Ends a pair that could not be solved, and counts the mistake that it shows. Keeps the matches of a frame that is
-    /// still arriving.
+    /// Ends a pair that could not be solved, and counts the mistake that it shows, unless the calibrator is frozen.
+    /// Keeps the matches of a frame that is still arriving.
     pub(super) fn unsolved(&mut self, why: Rejection) -> Outcome<T> {
         if !self.batch.is_arriving() {
             self.step = Step::Ended;

@@ -40,8 +40,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// * `&RangeReading`: a point of known distance. Its own match ([`RangeReading::right`]) gives the yaw. Without a
     ///   match of its own, the nearest match of the last pair within 3 px in the left image gives it. The match must
-    ///   fit the estimate. Five readings with an error of 1 %, or ten with an error of 3 %, are enough. Takes at most
-    ///   one pass over the batch.
+    ///   fit the estimate. Five readings with an error of 1 %, or ten with an error of 3 %, are enough to confirm the
+    ///   yaw ([`crate::Reason::Yaw`]). Takes at most one pass over the batch.
     /// * `&[[RayPair; 2]]`: matches that were tracked from an earlier pair to the last pair while the rig moved. Each
     ///   has the rays of both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by
     ///   several baseline lengths (2 to 6 m for a vehicle). Up to 256 matches are read, 17 times each.
@@ -52,11 +52,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// A witness that contradicts the present yaw waits ([`Witnessed::Waiting`]). The present yaw is replaced once
     /// enough contradicting witnesses in a row agree with each other: more than support the present yaw, which takes
     /// two to four. [`crate::Health::contradicting_ranges`] and [`crate::Health::contradicting_motions`] count the
-    /// witnesses that wait and the witnesses that are refused.
+    /// witnesses that wait, and the witnesses that are refused because they contradict mount and lens.
     ///
     /// # Errors
     /// [`RangeError`] or [`MotionError`]; the estimate is unchanged. With [`Tracks`], [`MotionError::NoMotion`] and
-    /// [`MotionError::TooFew`] are ordinary.
+    /// [`MotionError::TooFew`] are ordinary. The paper preset refuses every witness.
     pub fn push_witness<W: Witness<T>>(&mut self, witness: W) -> Result<Witnessed, W::Error> {
         witness.add_to(self)
     }

@@ -24,7 +24,7 @@ pub(crate) struct Context<'a, T: Scalar> {
     pub(crate) factory_pose: RectifyingRotations<T>,
     /// Information of the factory extrinsics on each unknown, 1/rad^2.
     pub(crate) prior: T,
-    /// Variances of single pairs about the mean rig, rad^2.
+    /// Variances of the vibration: of single pairs about the mean rig, rad^2.
     pub(crate) vibration: BlockVariances<T>,
 }
 
@@ -51,12 +51,13 @@ impl<'a, T: Scalar> Context<'a, T> {
         self.config.lens_prior.of_terms(self.focal)
     }
 
-    /// Returns whether the lens is uncertain.
+    /// Returns whether any lens parameter except `p2` is uncertain.
     pub(crate) fn has_lens_prior(&self) -> bool {
         self.lens_prior().iter().any(|sd| *sd > T::ZERO)
     }
 
-    /// Returns the variances of the factory yaw (`None` if it is unknown) and of the apparent yaw of the lens, rad^2.
+    /// Returns the variances of the factory yaw and of the apparent yaw of the lens, rad^2. The first is `None` if the
+    /// factory yaw is unknown, or if the lens is exact.
     pub(crate) fn yaw_variances(&self) -> (Option<T>, T) {
         let square = |sd: f32| T::single(sd) * T::single(sd);
         let lens_yaw_sd_rad = self.config.lens_yaw_sd_rad;

@@ -5,8 +5,8 @@
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum LensTracking {
-    /// Errors are estimated and reported, and they increase the reported deviations. The extrinsics belong to the given
-    /// lens models.
+    /// Errors are estimated and reported, and they increase the reported deviations that include the lens. The
+    /// extrinsics belong to the given lens models.
     Report,
     /// Differences of the focal lengths and of `k1` are compensated if that halves the standard deviation of `t`. The
     /// estimate then begins again with corrected cameras ([`crate::Fused::LensCorrected`]), and the extrinsics belong

@@ -52,7 +52,8 @@ struct Sums<T> {
 }
 
 impl<T: Scalar> TurnByMotion<T> {
-    /// Returns the turn of the mount that tracked matches show; `None` if the matches agree on no motion.
+    /// Returns the turn of the mount that tracked matches show; `None` if the matches agree on no motion, or if the
+    /// equations have no solution.
     ///
     /// * `pose`: rectifying rotations that the row offsets give.
     /// * `correction`: correction of the cameras that the pose belongs to.
@@ -113,7 +114,8 @@ impl<T: Scalar> Motion<T> {
     ) -> Sums<T> {
         let mut sums =
             Sums { rows: [[T::ZERO; COLUMNS]; UNKNOWNS], inliers: [0; 2], squared: T::ZERO };
-        // Damping for all unknowns, and a prior for the turn, because no mount turns by more than a few degrees.
+        // Damping for the rotation and the translation; a prior for the turn, because no mount turns by more than a few
+        // degrees.
         let prior = T::ONE / T::lit(MOTION_TURN_RAD * MOTION_TURN_RAD);
         for (i, row) in sums.rows.iter_mut().enumerate() {
             row.iter_mut().skip(i).take(1).for_each(|own| *own = T::ONE);
@@ -131,7 +133,8 @@ impl<T: Scalar> Motion<T> {
     }
 
     /// Returns the three whitened equations of a tracked match. `None` if its point is behind the left camera of the
-    /// second pair, or behind infinity by more than noise.
+    /// second pair, or behind infinity by more than [`BEHIND_INFINITY`] times the noise, or if its covariance has no
+    /// inverse.
     fn seen(&self, one: &View<T>, two: &View<T>, noise: T) -> Option<[[T; COLUMNS]; 3]> {
         let depth = one.disparity + self.turn * one.slope();
         let turned = self.rotation * one.ray();

@@ -2,7 +2,7 @@
 //!
 //! The fused row offsets are one measurement of the sum of the two yaws, whatever the number of pairs. Each read
 //! applies this measurement to the prior. The measurement becomes part of the prior when the sums over the pairs are
-//! dropped.
+//! dropped; rows that are old enough also become part of it when a witness is taken.
 //!
 //! A knock may be in the sums for many pairs before it is detected. Therefore the yaw of the lens is learnt only from
 //! rows that are at least [`ROWS_LAG`] pairs old, once there are such rows. A later change of the rows beyond chance
@@ -24,12 +24,12 @@ pub(crate) struct MountYaw<T> {
     claimed: T,
     /// Whether rows have refuted the factory calibration.
     refuted: bool,
-    /// Whether the rig changed before the present sums began.
+    /// Whether the rig changed before the present sums began, and no witness has been taken since.
     changed: bool,
     /// Estimate before the present sums; `None` for the prior of the configuration.
     known: Option<YawEstimate<T>>,
     /// Number of witness measurements that agree with the estimate, at most [`WITNESS_SUPPORT`]. After a restart it is
-    /// [`WITNESS_SUPPORT`] if a witness supported the estimate before, and 0 otherwise.
+    /// [`WITNESS_SUPPORT`] if a witness was ever taken since the last reset, and 0 otherwise.
     support: u8,
     /// Consecutive witness measurements that contradict the estimate, and wait for others that agree with them.
     waiting: Option<Measurements<T>>,
@@ -247,7 +247,8 @@ impl<T: Scalar> MountYaw<T> {
     }
 
     /// Adds a measurement of the mount yaw, rad, with its variance, rad^2. Returns `None`, and changes nothing, if it
-    /// implies a yaw of the lens above three standard deviations of its prior.
+    /// implies a yaw of the lens above three standard deviations; these include the prior of the lens and the errors of
+    /// rows and measurement.
     pub(crate) fn witness(
         &mut self,
         yaw: T,
@@ -315,7 +316,7 @@ impl<T: Scalar> MountYaw<T> {
 }
 
 impl<T: Scalar> RowsYaw<T> {
-    /// Returns the rows with the scatter from scene to scene added to their variance.
+    /// Returns the rows with the scatter from scene to scene added to their variance, unless the lens is exact.
     fn of_scene(self, context: &Context<'_, T>) -> Self {
         let (_, lens) = context.yaw_variances();
         let scene = if lens > T::ZERO { T::lit(SCENE_YAW_RAD * SCENE_YAW_RAD) } else { T::ZERO };

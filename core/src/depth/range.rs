@@ -25,8 +25,9 @@ pub enum Range<T> {
 pub struct RangeReading<T> {
     /// `[u, v]` in the left image, px, before undistortion.
     pub pixel: [T; 2],
-    /// The same point in the right image, px, if the matcher has looked for it. With `None`, the match of the last pair
-    /// that is nearest to `pixel` in the left image is used, if it is within 3 px; few pairs have such a match.
+    /// The same point in the right image, px, before undistortion, if the matcher has looked for it. With `None`, the
+    /// match of the last pair that is nearest to `pixel` in the left image is used, if it is within 3 px; few pairs
+    /// have such a match.
     pub right: Option<[T; 2]>,
     /// Distance of the point, m.
     pub range: Range<T>,
@@ -44,14 +45,15 @@ pub(crate) struct InverseDepth<T> {
 }
 
 impl<T: Scalar> RangeReading<T> {
-    /// Returns whether distance and standard deviation are within the range of a sensor.
+    /// Returns whether the distance is within the range of a sensor, and the standard deviation above 0 and at most the
+    /// distance.
     pub(crate) fn is_valid(&self) -> bool {
         let (Range::AlongAxis(range) | Range::AlongRay(range)) = self.range;
         let within = |x: T| x >= T::lit(MIN_RANGE_M) && x <= T::lit(MAX_RANGE_M);
         within(range) && self.sd_m > T::ZERO && self.sd_m <= range
     }
 
-    /// Returns baseline over depth of the reading.
+    /// Returns baseline over depth of the reading, with its variance.
     ///
     /// * `ray`: ray of the pixel, at unit depth.
     /// * `baseline_m`: length of the baseline, m.
@@ -68,7 +70,8 @@ impl<T: Scalar> RangeReading<T> {
 
 impl<T: Scalar> InverseDepth<T> {
     /// Returns the turn about y, rad, from a pose to the pose at which a match has this depth, and the variance of the
-    /// turn, rad^2. `None` if the rays are not in front of the cameras.
+    /// turn, rad^2. `None` if a rectified ray does not point forwards, or if the rays are 90 degrees or more apart
+    /// along the columns.
     ///
     /// With rectified rays `a`, `b` and `rho` = baseline over depth, the right ray should be along `a - rho i_1`. It is
     /// off along the columns by `h = a_x b_z - a_z b_x - rho b_z`. A turn changes `h` by `a_z b_z + a_x b_x` per rad.

@@ -52,8 +52,9 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         }
     }
 
-    /// Begins a frame. A previous frame that has not ended is dropped. A previous frame that has ended becomes the
-    /// earlier frame if it has tracks, but shares fewer than half of the tracks of the present earlier frame.
+    /// Begins a frame. A previous frame that has not ended is dropped. A previous frame that has ended and has tracks
+    /// becomes the earlier frame if there is no earlier frame, or if it shares fewer than half of the tracks of the
+    /// present one.
     pub fn begin(&mut self) {
         let is_lost = self.seen < self.held.div_ceil(2) || self.held == 0;
         if self.has_ended && self.count > 0 && is_lost {
@@ -86,7 +87,8 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         self.quads.get(..seen.into()).unwrap_or_default()
     }
 
-    /// Forgets the earlier frame. The last frame takes its place when the next frame begins.
+    /// Forgets the earlier frame. The last frame takes its place when the next frame begins, if it has ended and has
+    /// tracks.
     pub fn restart(&mut self) {
         (self.held, self.seen) = (0, 0);
     }

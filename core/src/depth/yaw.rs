@@ -135,8 +135,8 @@ impl<T: Scalar> YawEstimate<T> {
         self.turned((variance - self.var_mount).max(T::ZERO))
     }
 
-    /// Returns the determinant of the covariance. Rounding cannot make it negative, so no updated variance is negative
-    /// either.
+    /// Returns the determinant of the covariance. It is at least 0 in spite of rounding, so no updated variance is
+    /// negative.
     fn determinant(&self) -> T {
         (self.var_mount * self.var_lens - self.mixed * self.mixed).max(T::ZERO)
     }
@@ -203,7 +203,7 @@ mod tests {
         let turned = known.freed().with_rows(9e-3 + 0.0175, 1e-8);
         assert!((turned.mount - known.mount - 0.0175).abs() < 1e-5, "{turned:?}");
         assert!((turned.lens - known.lens).abs() < 1e-5, "{turned:?}");
-        // The deviation of the mount now equals the deviation of the lens.
+        // The variance of the mount is then nearly the variance of the lens.
         assert!((turned.var_mount / known.var_lens - 1.0).abs() < 0.05, "{turned:?}");
     }
 

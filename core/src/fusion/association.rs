@@ -2,7 +2,7 @@
 //!
 //! The batch is tracked from the champion and then from the challenger, as far as they exist, until the gate of one
 //! accepts it. If both exist and reject the batch, it supports no hypothesis. If one of them does not exist, a batch
-//! that is not accepted is searched with a wide loss, and the pose found starts a new challenger. A challenger that has
+//! that is not accepted is searched with a wide loss, and a valid pose starts a new challenger. A challenger that has
 //! rejected the batch is replaced only if the pose found fits clearly better. Before the first champion, a search with
 //! the baseline turned may come first.
 
@@ -63,7 +63,7 @@ pub(super) struct Association<T: Scalar> {
     rejected: Rejected,
     /// Relation of the batch to the scene of the last fused pair.
     seen: Seen,
-    /// Passes taken, evaluations included.
+    /// Passes taken, evaluations and comparisons included.
     passes: u16,
     /// Reason for the end of the last solver.
     stop: Stop,
@@ -104,8 +104,9 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `seen`: relation of the batch to the scene of the last fused pair; `turn`: turn of the baseline to try first.
-    ///   It is not tried if most matches fit the challenger, or if the configuration allows too few passes.
+    /// * `seen`: relation of the batch to the scene of the last fused pair.
+    /// * `turn`: turn of the baseline to try first. The turn is not tried if most matches fit the challenger, or if the
+    ///   configuration allows too few passes.
     #[inline(never)]
     pub(super) fn open(
         &mut self,
@@ -124,7 +125,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Enters a stage, or a later stage if its hypothesis does not exist.
+    /// Enters a stage, or a later stage if its hypothesis does not exist. If a track cannot start, the search follows.
     #[inline(never)]
     fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>) {
         if let Stage::Turned(turn) = stage {
@@ -148,7 +149,8 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Starts a track from a hypothesis. Returns false if the covariance of the start has no inverse.
+    /// Starts a track from a hypothesis. Returns false if the hypothesis has no covariance, or if the covariance of the
+    /// start has no inverse.
     #[inline(never)]
     fn track(&mut self, hypothesis: &Hypothesis<T>, with: &AssociationContext<'_, T>) -> bool {
         let Context { config, focal, .. } = *with.context;
@@ -210,8 +212,8 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Takes one more pass with the baseline turned. If the turned pose does not fit better than the challenger, the
-    /// batch is then tracked from the challenger.
+    /// Takes one more pass with the baseline turned. If the turned pose does not fit clearly better than the
+    /// challenger, the batch is then tracked from the challenger.
     ///
     /// # Errors
     /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits, and fits clearly better than the
@@ -243,7 +245,7 @@ impl<T: Scalar> Association<T> {
     /// cameras.
     ///
     /// # Errors
-    /// As [`AssociationContext::check`].
+    /// As [`AssociationContext::check`]; [`Rejection::NoConsensus`] also if the points are not clearly in front.
     fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), Rejection> {
         match &self.work {
             Work::Evaluated(evaluated) if evaluated.is_clearly_in_front() => with.check(evaluated),
@@ -275,8 +277,8 @@ impl<T: Scalar> Association<T> {
         self.work = Work::Evaluated(EvaluatedPose::NONE);
     }
 
-    /// Returns the stage after an evaluation. After a track the gate of its hypothesis decides; after a search the
-    /// check of the pose decides.
+    /// Returns the stage after an evaluation, and notes a hypothesis that rejects the batch. After a track the gate of
+    /// its hypothesis decides; after a search the check of the pose decides.
     ///
     /// # Errors
     /// As [`AssociationContext::check`].
@@ -320,7 +322,7 @@ impl<T: Scalar> Association<T> {
         self.rejected
     }
 
-    /// Returns the result; `None` while stages are left.
+    /// Returns the result; `None` while stages are left, and without a batch.
     pub(super) fn result(&self) -> Option<AssociationResult<'_, T>> {
         let (Stage::Done(support), Work::Evaluated(evaluated)) = (self.stage, &self.work) else {
             return None;
@@ -347,7 +349,7 @@ impl<T: Scalar> AssociationContext<'_, T> {
         PairSolver::search(config, focal, start, left)
     }
 
-    /// Checks that a pose found by a search is an optimum with five observable directions.
+    /// Checks that a pose found by a search is an optimum of a valid scene with five observable directions.
     ///
     /// # Errors
     /// [`Rejection::Behind`], [`Rejection::NoDepth`], [`Rejection::NoConsensus`], [`Rejection::Unobservable`].

@@ -34,14 +34,14 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
     pub(super) rejected: Rejected,
     /// Relation of the pair to the scene of the last fused pair.
     pub(super) seen: Seen,
-    /// Passes taken, evaluations included.
+    /// Passes taken, evaluations and comparisons included.
     pub(super) passes: u16,
     pub(super) stop: Stop,
 }
 
 impl<T: Scalar> AssociationResult<'_, T> {
-    /// Returns the report of the pair alone, at the optimum of its moments and the prior of the factory extrinsics.
-    /// `None` if there is no optimum.
+    /// Returns the report of the pair alone, at the optimum of its moments and a prior about the evaluated pose with
+    /// the information of the factory extrinsics. `None` if there is no valid optimum.
     #[inline(never)]
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;

@@ -18,7 +18,7 @@ pub(super) struct ChangeDetector<T: Scalar> {
     /// Covariance of the gradient of the window, 1/rad^2. It decays by the square of the window's factor, because the
     /// gradient decays by this factor.
     variance: Information<T>,
-    /// Number of pairs in the window since their last restart.
+    /// Number of pairs that were added since the last restart of the window.
     pairs: u32,
     /// Whether the sums of the hypothesis may still hold pairs from before the last change.
     is_mixed: bool,
@@ -31,7 +31,7 @@ pub(super) enum Finding {
     Same,
     /// The rig has changed.
     Changed,
-    /// The window holds only pairs after a change, but the sums still hold earlier pairs.
+    /// The window holds only pairs after a change, but the sums may still hold earlier pairs.
     Settled,
 }
 
@@ -76,8 +76,8 @@ impl<T: Scalar> ChangeDetector<T> {
         }
     }
 
-    /// Replaces the sums of the hypothesis by the window. Returns false, and changes nothing, if the window
-    /// has no admissible optimum.
+    /// Replaces the sums of the hypothesis by the window, and restarts the window. Returns false, and changes nothing,
+    /// if the window has no admissible optimum.
     ///
     /// * `is_mixed`: whether the window may hold pairs from before the change. A later renewal then drops them.
     #[inline(never)]
@@ -94,7 +94,7 @@ impl<T: Scalar> ChangeDetector<T> {
         renewed
     }
 
-    /// Returns whether the statistic of the window exceeds its limit.
+    /// Returns whether the score statistic of the window exceeds its limit.
     fn has_changed(&self, hypothesis: &Hypothesis<T>, context: &Context<'_, T>) -> bool {
         let limit = T::lit(MAX_NIS) * hypothesis.reduced_chi_square();
         // Score test: if the hypothesis is true, the gradient at its pose has mean 0 and this variance.
@@ -104,7 +104,7 @@ impl<T: Scalar> ChangeDetector<T> {
         variance.inverse_form(&gradient).is_some_and(|statistic| statistic > limit)
     }
 
-    /// Returns the number of pairs in the window since their last restart.
+    /// Returns the number of pairs that were added since the last restart of the window.
     #[cfg(test)]
     pub(super) fn pairs(&self) -> u32 {
         self.pairs

@@ -24,7 +24,7 @@ struct Champion<T: Scalar> {
 }
 
 impl<T: Scalar> Champion<T> {
-    /// Empty until the first hypothesis is promoted.
+    /// A champion without pairs. A promotion or a prior fills it in place.
     const EMPTY: Self = Self { hypothesis: Hypothesis::EMPTY, detector: ChangeDetector::NEW };
 
     /// Adds a pair. Returns the finding of the change detector.
@@ -43,14 +43,15 @@ impl<T: Scalar> Champion<T> {
         self.hypothesis.apply(measurement, &mut update, context);
         let Self { hypothesis, detector } = self;
         if hypothesis.vibration_known() != was_known {
-            // The earlier pairs in the window were weighted for another kind of rig (rigid or vibrating), or their
-            // moments were transformed in another way ([`Hypothesis::settle`]).
+            // The variance of the window assumes another kind of rig (rigid or vibrating) for its earlier pairs, or the
+            // frame of the sums has changed ([`Hypothesis::apply`]) and the window's moments are in the old frame.
             detector.restart();
         }
         Ok(detector.add(hypothesis, &update.pair, measurement, context))
     }
 
-    /// Adds a pair, and renews the hypothesis if the rig has changed.
+    /// Adds a pair, and replaces the sums of the hypothesis by the window when the rig has changed, and again once the
+    /// window holds only later pairs. Returns [`Fused::Renewed`] only for the first of these two replacements.
     ///
     /// # Errors
     /// [`Rejection`]; the champion is unchanged.
@@ -80,7 +81,8 @@ struct Challenger<T: Scalar> {
     /// Number of pairs that agree with the challenger. Copied pairs do not count, and the pair that began the
     /// challenger counts only if there is a champion.
     agreed: u16,
-    /// Number of pairs that contradict the challenger: its gate rejects them, or they support the champion.
+    /// Number of pairs that contradict the challenger: its gate rejects them, they support the champion, or they cannot
+    /// be added to the challenger.
     failed: u16,
 }
 
@@ -109,7 +111,7 @@ impl<T: Scalar> Challenger<T> {
     }
 }
 
-/// Champion and challenger. RAM: about 2.7 kB in `f32`.
+/// Champion and challenger. RAM: about 2.5 kB in `f32`.
 #[derive(Debug, Clone)]
 pub(super) struct Hypotheses<T: Scalar> {
     champion: Option<Champion<T>>,
@@ -123,17 +125,17 @@ pub(super) struct Hypotheses<T: Scalar> {
 impl<T: Scalar> Hypotheses<T> {
     pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0, begun: 0 };
 
-    /// Drops both hypotheses. Works field by field, because [`Hypotheses::NONE`] would copy 2.7 kB.
+    /// Drops both hypotheses. Works field by field, because [`Hypotheses::NONE`] would copy 2.5 kB.
     pub(super) fn clear(&mut self) {
         (self.champion, self.challenger) = (None, None);
         (self.rejected, self.begun) = (0, 0);
     }
 
-    /// Returns the turn of the baseline that the next pair tries first; `None` once there is a champion. If one pair
-    /// agrees with a challenger, the next pair tries a quarter turn; if two pairs agree, the next pair tries a quarter
-    /// turn in the other direction. Without a challenger, every second pair from the fourth on tries the next turn of
-    /// the cycle. A challenger needs no test of a half turn, because a search refuses poses with points behind the
-    /// cameras.
+    /// Counts the next pair, and returns the turn of the baseline that it tries first; `None` once there is a champion.
+    /// If one pair agrees with a challenger, the next pair tries a quarter turn; if two pairs agree, the next pair
+    /// tries a quarter turn in the other direction. Without a challenger, every second pair from the fourth on tries
+    /// the next turn of the cycle. A challenger needs no test of a half turn, because a search refuses poses with
+    /// points behind the cameras.
     pub(super) fn next_turn(&mut self) -> Option<Turn> {
         if self.champion.is_some() {
             return None;
@@ -202,7 +204,7 @@ impl<T: Scalar> Hypotheses<T> {
         self.champion().is_some_and(|champion| champion.gate(evaluated, T::ONE, context))
     }
 
-    /// Returns whether a pair is inside the challenger's gate.
+    /// Returns whether a pair has a clear peak and is inside the challenger's gate.
     pub(super) fn gate_of_challenger(
         &self,
         evaluated: &EvaluatedPose<T>,
@@ -263,7 +265,7 @@ impl<T: Scalar> Hypotheses<T> {
         fused
     }
 
-    /// Adds a pair to the hypothesis that it supports.
+    /// Adds a pair to the hypothesis that it supports. A pair that supports the champion counts against the challenger.
     #[inline(never)]
     fn add(
         &mut self,
@@ -330,9 +332,9 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Promotes the challenger to champion once enough pairs support it. If it agrees with the champion, it ends
-    /// instead, and the champion takes over its noise: a track assumes the noise of the pairs before, so a champion
-    /// rejects pairs of much larger noise.
+    /// Promotes the challenger to champion once [`MIN_AGREED`] pairs agree with it and its `R` is certain. A challenger
+    /// that agrees with the champion ends instead, and the champion takes over its noise: a track assumes the noise of
+    /// the pairs before, so a champion rejects pairs of much larger noise.
     #[inline(never)]
     fn promote(&mut self, mut kept: Kept<'_, T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();

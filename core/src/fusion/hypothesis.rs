@@ -35,7 +35,8 @@ use crate::thresholds::{
 pub(crate) struct Hypothesis<T: Scalar> {
     /// Optimum of all sums and the prior.
     pose: RectifyingRotations<T>,
-    /// Pose whose rectified frame is the frame of the sums: the pose at their start or at their last change of frame.
+    /// Pose whose rectified frame is the frame of the sums: the pose at which the first pair was evaluated, or the
+    /// estimate at the last change of frame.
     frame: RectifyingRotations<T>,
     /// Moments of all pairs. If rotations of the cameras explain the vibration, each pair is added as if the rig rested
     /// at `frame`.
@@ -63,14 +64,14 @@ pub(crate) struct Hypothesis<T: Scalar> {
     pairs: u32,
 }
 
-/// Sums and optimum with one more pair.
+/// Moments of one more pair, and the optimum and the marginal sums that include it.
 #[derive(Debug)]
 pub(super) struct Update<T: Scalar> {
     /// Moments of the pair, in the frame of the sums.
     pub(super) pair: Moments<T>,
     /// Optimum of the sums with the pair.
     optimum: Optimum<T>,
-    /// Marginal sums including the pair, about the pose before the pair.
+    /// Marginal sums including the pair, about the pose before the pair; not used for a rigid rig.
     marginal: MarginalSums<T>,
 }
 
@@ -206,15 +207,16 @@ impl<T: Scalar> Hypothesis<T> {
     /// frame.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        // While pairs settle at rest, [`Self::settle`] adds each pair in the rectified frame of its own displaced pose.
-        // That frame does not depend on `self.frame`, so the sums need no transformation.
+        // While the sums describe a rig at rest, [`Self::settle`] adds each pair in the rectified frame of its own
+        // displaced pose. That frame does not depend on `self.frame`, so the sums need no transformation.
         if !self.settles_at_rest() {
             self.sums.change_frame(&self.frame, &self.pose);
         }
         self.frame = self.pose;
     }
 
-    /// Replaces the sums. Returns false, and changes nothing, if the new sums have no admissible optimum.
+    /// Replaces the sums, and moves the estimate to their optimum. Adds this step to the drift, and drops the image
+    /// halves and the marginal sums. Returns false, and changes nothing, if the new sums have no admissible optimum.
     #[inline(never)]
     pub(super) fn replace(
         &mut self,
@@ -260,7 +262,8 @@ impl<T: Scalar> Hypothesis<T> {
         Some(RowsYaw { turn: self.yaw(context), variance })
     }
 
-    /// Returns the normal equations at the pose, from sums in the frame of the hypothesis.
+    /// Returns the normal equations at the pose, from sums in the frame of the hypothesis. They include the noise of
+    /// disparities.
     pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
         sums.at_pose(&self.frame, &self.pose)
     }
@@ -303,7 +306,7 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Returns whether the RMS row offset over the sums at one pose is below [`IMPROVEMENT`] times that at another
-    /// pose.
+    /// pose. False if a pose has no corresponding pose at rest ([`Self::pose_at_rest`]).
     #[inline(never)]
     fn fits_clearly_better_at(
         &self,
@@ -349,9 +352,10 @@ impl<T: Scalar> Hypothesis<T> {
     }
 }
 
-/// Limits each element of a drift to the largest standard deviation that locks, because with a wider covariance tracks
-/// lose pairs among outliers.
-// A drift that exceeds the limit only by rounding is kept, so that a limited drift does not change after a restart.
+/// Scales a drift down so that no element exceeds [`MAX_LOCKED_SD_RAD`]. With a wider covariance, tracks lose pairs
+/// among outliers.
+// A drift that exceeds the limit only by rounding is kept, so that a limited drift does not change if it is limited
+// again.
 fn limited<T: Scalar>(drift: &Vector5<T>) -> Vector5<T> {
     let over = drift.amax() / T::lit(MAX_LOCKED_SD_RAD);
     if over > T::lit(1.0 + 1e-5) { drift.unscale(over) } else { *drift }

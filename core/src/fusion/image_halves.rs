@@ -11,7 +11,8 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::{HEALTHY_DISAGREEMENT, MAX_MODEL_ERROR, MAX_TOLD_DISAGREEMENT};
 
-/// Normal equations of image halves, about the pose of the hypothesis.
+/// Normal equations of image halves, about the pose of the hypothesis; for a vibrating rig, about the optimum of each
+/// pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct ImageHalves<T> {
     /// Equations of the whole image, the left half and the upper half.
@@ -26,8 +27,8 @@ impl<T: Scalar> ImageHalves<T> {
     pub(super) const NONE: Self =
         Self { parts: [BiasedEquations::ZERO; 3], pairs: 0, disagreement: T::ZERO };
 
-    /// Shifts the sums to the pose after a step, and fades them. A long step drops the sums, because they are linear
-    /// about the pose.
+    /// Shifts the sums to the pose after a step, and fades them. A long step drops the sums, because their equations
+    /// are linearised about the pose.
     ///
     /// * `moved`: step of the pose, rad; `sd`: standard deviations of the estimate, rad.
     pub(super) fn follow(
@@ -56,7 +57,7 @@ impl<T: Scalar> ImageHalves<T> {
 
     /// Adds a pair.
     ///
-    /// * `to_pose`: step from the pose of the measurement to that of the hypothesis, rad.
+    /// * `to_pose`: step from the pose of the measurement to the pose that the sums are about, rad.
     pub(super) fn add(
         &mut self,
         measurement: &PairMeasurement<T>,

@@ -107,7 +107,8 @@ impl<T: Scalar> HypothesisLens<T> {
         })
     }
 
-    /// Returns the covariance of the extrinsics with an uncertain lens, rad^2.
+    /// Returns the covariance of the extrinsics with an uncertain lens, rad^2. It includes the prior variances of the
+    /// principal rows and of `p2`, which are not estimated.
     ///
     /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2; `off`: errors of the lens, in the
     ///   order of `values`, that the extrinsics still contain.
@@ -133,7 +134,7 @@ impl<T: Scalar> HypothesisLens<T> {
         wide.add_outer_out_of_line(sd_row_l * sd_row_l, row_l);
         wide.add_outer_out_of_line(sd_row_r * sd_row_r, row_r);
         // `p2` acts like a yaw, which the apparent yaw of the lens covers; `p2` of the right camera also turns the
-        // baseline about y.
+        // baseline about y, by twice its value.
         let p2 = T::single(context.config.lens_prior.p2) * T::lit(2.0);
         wide.add_outer_out_of_line(p2 * p2, &[T::ZERO, T::ZERO, T::ZERO, T::ONE, T::ZERO]);
         wide
@@ -196,7 +197,8 @@ impl<T: Scalar> HypothesisLens<T> {
         self.compensation() * T::lit(LENS_SHRINKAGE)
     }
 
-    /// Returns the estimate for the report: errors of the given lens.
+    /// Returns the estimate for the report: errors of the given lens. Only the mean of `k1` is relative to the lens of
+    /// the rays.
     ///
     /// * `reference`: lens correction of the rays; `focal`: focal length, px.
     #[inline(never)]

@@ -14,8 +14,8 @@ use crate::thresholds::{
 };
 
 impl<T: Scalar> LensReference<T> {
-    /// Returns the reference with the knowledge about the lens in a hypothesis whose sums are to be dropped. Unchanged
-    /// if the hypothesis has no such knowledge.
+    /// Returns the reference with the knowledge about the lens in a hypothesis, for sums that are to be dropped and for
+    /// a record. Unchanged if the hypothesis has no such knowledge.
     #[inline(never)]
     pub(super) fn with_knowledge_of(
         &self,
@@ -41,9 +41,11 @@ impl<T: Scalar> LensReference<T> {
         next.is_valid().then_some(next)
     }
 
-    /// Returns the reference with which the sums restart; `None` if a restart gains nothing. The first restart must
-    /// divide the standard deviation of `t` by more than [`COMPENSATION_GAIN`]. A later restart is due if the weights
-    /// may hide an error of `t` above [`MAX_HIDDEN_LENS`] times its standard deviation.
+    /// Returns the reference with which the sums restart. `None` before [`MIN_REFERENCE_PAIRS`] pairs, without a valid
+    /// estimate of the lens, or if a restart gains nothing. Each of the first [`MAX_REFERENCE_CHANGES`] restarts
+    /// doubles this number of pairs. The first restart must divide the standard deviation of `t` by more than
+    /// [`COMPENSATION_GAIN`]. A later restart is due if the weights may hide an error of `t` above [`MAX_HIDDEN_LENS`]
+    /// times its standard deviation.
     #[inline(never)]
     pub(super) fn next(
         &self,

@@ -9,7 +9,7 @@ use crate::algebra::lens_terms::LENS_PARAMETERS;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::scalar::Scalar;
 
-/// Lens correction of the rays, and knowledge of the lens in addition to the sums.
+/// Lens correction of the rays, and knowledge of the lens from sums that were dropped.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LensReference<T> {
     pub(super) correction: LensCorrection<T>,
@@ -83,8 +83,8 @@ impl<T: Scalar> LensReference<T> {
         [correction.focal, correction.k1, known.focal, known.k1, focal, k1]
     }
 
-    /// Restores a reference from the numbers of [`Self::numbers`], each within its range. `None` if there is a
-    /// correction but the number of changes is 0.
+    /// Restores a reference from the numbers of [`Self::numbers`], whose ranges the caller has checked. `None` if there
+    /// is a correction but the number of changes is 0.
     ///
     /// * `changes`: number of changes of the lens so far.
     pub(crate) fn of(

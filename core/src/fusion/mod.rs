@@ -1,9 +1,11 @@
-//! Fusion of many pairs with two hypotheses, data association and change detection (`ESTIMATOR.md`, sections 10 to 15).
+//! Fusion of many pairs with two hypotheses, data association and change detection (`ESTIMATOR.md`, sections 12 to 17
+//! and 21).
 //!
 //! The *champion* is the reported hypothesis. A pair outside the champion's gate starts a *challenger*, a second
-//! hypothesis that collects the pairs that agree with it. If three pairs agree on another rig, the challenger becomes
-//! the champion and keeps its sums. When pairs return to the champion, the challenger is dropped. Without a challenger,
-//! a gate around a wrong estimate would refuse all good pairs.
+//! hypothesis that collects the pairs that agree with it. The first pairs after a start form a challenger, too. If
+//! three pairs agree on another rig, the challenger becomes the champion and keeps its sums. When pairs return to the
+//! champion, the challenger is dropped. Without a challenger, a gate around a wrong estimate would refuse all good
+//! pairs.
 //!
 //! - [`association`], [`association_result`]: the hypothesis that a pair supports. [`hypotheses`]: champion,
 //!   challenger.
@@ -12,6 +14,8 @@
 //!   vehicle.
 //! - [`reported`]: reported estimate, and its part that is applied.
 //! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: vibrating rigs.
+//! - [`lens`], [`lens_reference`], [`lens_change`]: errors of the lens models, and their compensation.
+//! - [`prior`]: estimate of a record. [`turn`]: turned baselines, which reveal mistakes in the rig file or the matcher.
 
 mod association;
 mod association_result;
@@ -54,10 +58,11 @@ pub(crate) struct Fusion<T: Scalar> {
     hypotheses: Hypotheses<T>,
     /// Scene of the last fused pair.
     scene: RepeatedScene,
-    /// Lens correction of the rays, and knowledge of the lens in addition to the sums.
+    /// Lens correction of the rays, and knowledge of the lens from sums that were dropped.
     reference: LensReference<T>,
     vibration: VibrationEstimator<T>,
-    /// Knowledge of the mount yaw and of the apparent yaw of the lens, in addition to the sums.
+    /// Estimate of the mount yaw and of the apparent yaw of the lens, apart from the present sums: from the factory
+    /// calibration, from witnesses and from sums that were dropped.
     mount: MountYaw<T>,
     /// Association of the current batch.
     association: Association<T>,
@@ -78,7 +83,8 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    /// Forgets all pairs. Works in place, because a new value would take stack.
+    /// Forgets all pairs, the witness measurements, the vibration, and the lens correction. Works in place, because a
+    /// new value would take stack.
     pub(crate) fn reset(&mut self) {
         self.vibration.clear();
         self.mount.reset();
@@ -98,16 +104,19 @@ impl<T: Scalar> Fusion<T> {
         &self.reference
     }
 
-    /// Forgets all pairs and restarts, because the next rays have another lens correction.
+    /// Forgets all pairs and restarts with another lens correction, to which the next rays belong. Keeps the estimate
+    /// of the mount yaw and the variances of the vibration.
     pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
         self.forget_pairs();
-        // The mount does not change, so the vibration estimate is kept. The next optimum is not compared with earlier
-        // ones.
+        // The mount does not change, so the vibration estimate is kept. The optimum of the next pair is not compared
+        // with earlier ones, because they belong to other rays.
         self.vibration.interrupt();
         self.reference = *reference;
     }
 
-    /// Returns the lens correction with which to restart; `None` if a restart gains nothing.
+    /// Returns the lens reference with which to restart. `None` if no restart is due: the configuration does not
+    /// compensate the lens ([`LensTracking::Compensate`]), the estimate is not locked or has too few pairs, or a
+    /// restart gains nothing.
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         let compensates = context.config.lens_tracking == LensTracking::Compensate;
         let hypothesis = self.hypotheses.champion()?;
@@ -120,7 +129,8 @@ impl<T: Scalar> Fusion<T> {
         self.scene.is_within()
     }
 
-    /// Discards the current pair, whether solved or not.
+    /// Discards the current pair, whether solved or not. If it was solved, the count of pairs before the first champion
+    /// restarts ([`Hypotheses::forget_begun`]).
     pub(crate) fn discard(&mut self) {
         if self.association.result().is_some() {
             self.hypotheses.forget_begun();
@@ -131,7 +141,7 @@ impl<T: Scalar> Fusion<T> {
     /// Starts a batch and takes its first pass.
     ///
     /// # Errors
-    /// [`Rejection::TooFew`]: too few correspondences. The batch is abandoned.
+    /// [`Rejection::TooFew`]: too few correspondences, or too few in front of both cameras. The batch is abandoned.
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
@@ -155,11 +165,12 @@ impl<T: Scalar> Fusion<T> {
         begun
     }
 
-    /// Takes one more pass. Returns true once the pair is solved. A failed pair counts against the hypotheses that
-    /// rejected it, unless `frozen`.
+    /// Takes one more pass. Returns true once the pair is solved. Unless `frozen`, a failed pair counts against the
+    /// hypotheses that rejected it, and a turned baseline that fits clearly better than the challenger drops the
+    /// challenger.
     ///
     /// # Errors
-    /// [`Rejection`]; the batch is abandoned.
+    /// [`Rejection`]; the batch is abandoned. [`Rejection::NotBegun`]: there is no batch.
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
@@ -187,7 +198,8 @@ impl<T: Scalar> Fusion<T> {
     /// Returns the report of the solved pair.
     ///
     /// # Errors
-    /// [`Rejection::NotBegun`]: there is no solved pair. [`Rejection::Unobservable`]: the pair alone has no optimum.
+    /// [`Rejection::NotBegun`]: there is no solved pair. [`Rejection::Unobservable`]: the pair alone has no valid
+    /// optimum; the pair is abandoned.
     pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, Rejection> {
         let result = self.association.result().ok_or(Rejection::NotBegun)?;
         let report = result.report(context);
@@ -200,16 +212,18 @@ impl<T: Scalar> Fusion<T> {
     /// Fuses the solved pair, and closes its association.
     ///
     /// # Errors
-    /// [`Rejection`]; the sums of the champion are unchanged.
+    /// [`Rejection`]; the sums of the champion are unchanged, and the pair counts against the hypotheses that rejected
+    /// it. [`Rejection::NotBegun`]: there is no solved pair.
     pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
         let Self { hypotheses, association, reference, vibration, mount, .. } = self;
         let result = association.result().ok_or(Rejection::NotBegun)?;
         let kept = Kept { reference, mount };
         let fused = hypotheses.fuse(&result, kept, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
-        // Pairs that a challenger takes ([`Fused::KeptApart`]) do not update the vibration estimate, because the wrong
-        // poses of weak pairs would look like a vibration that hides knocks. A pair that is not fused updates it only
-        // if it disagrees with the hypotheses, because the rig may vibrate.
+        // Pairs that start or support a challenger beside a champion ([`Fused::KeptApart`]) do not update the vibration
+        // estimate, because the wrong poses of weak pairs would look like a vibration that hides knocks. A pair that is
+        // not fused updates it only if it has a clear peak and disagrees with the hypotheses, because the rig may
+        // vibrate.
         let is_admissible = match fused {
             Ok(fused) => fused != Fused::KeptApart,
             Err(error) => error == Rejection::Disagrees,
@@ -234,11 +248,13 @@ impl<T: Scalar> Fusion<T> {
         fused
     }
 
-    /// Marks the factory yaw as refuted if the rows of the champion contradict it: the mount has turned since.
+    /// Marks the factory yaw as refuted if the rows of the champion contradict it: the mount has turned since the
+    /// factory calibration.
     fn check_mount(&mut self, context: &Context<'_, T>) {
         let Self { hypotheses, mount, .. } = self;
         let Some(champion) = hypotheses.champion().filter(|_| mount.is_as_made()) else { return };
-        // The variance is expensive, so it is computed only if the yaw is refuted without it.
+        // The variance of the yaw is expensive. It is computed only if the rows refute the factory yaw with a variance
+        // of 0.
         let exact = RowsYaw { turn: champion.yaw(context), variance: T::ZERO };
         if mount.is_refuted(&exact, context)
             && champion.rows_yaw(context).is_some_and(|rows| mount.is_refuted(&rows, context))
@@ -247,7 +263,8 @@ impl<T: Scalar> Fusion<T> {
         }
     }
 
-    /// Returns the pose of the reported estimate, as the row offsets show it, and the yaw of this pose.
+    /// Returns the pose of the reported estimate, as the row offsets show it, and the yaw of this pose with its
+    /// variance. `None` without an estimate or without a valid covariance.
     pub(crate) fn rows(
         &self,
         context: &Context<'_, T>,
@@ -275,7 +292,7 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.reported().is_some()
     }
 
-    /// Returns whether the last pair repeated the scene of the pair fused before it.
+    /// Returns whether the last batch with enough correspondences repeated the scene of the pair fused before it.
     pub(crate) fn is_repeated(&self) -> bool {
         self.association.is_repeated()
     }
@@ -286,7 +303,7 @@ impl<T: Scalar> Fusion<T> {
     }
 }
 
-/// Knowledge that outlives the sums of a hypothesis.
+/// Knowledge that is kept when the sums of a hypothesis are dropped.
 struct Kept<'a, T: Scalar> {
     reference: &'a mut LensReference<T>,
     mount: &'a mut MountYaw<T>,
@@ -307,7 +324,7 @@ impl<T: Scalar> Kept<'_, T> {
         (self.reference.with_knowledge_of(from, context), mount)
     }
 
-    /// Stores this knowledge.
+    /// Stores knowledge that [`Self::learned`] has returned.
     fn keep(&mut self, learned: (LensReference<T>, MountYaw<T>)) {
         (*self.reference, *self.mount) = learned;
     }

@@ -33,7 +33,8 @@ impl<T: Scalar> Optimum<T> {
     /// * `frame`: pose whose rectified frame is the frame of the moments.
     ///
     /// # Errors
-    /// [`Rejection::NoRig`]: there is no admissible step, or the steps end far from the optimum.
+    /// [`Rejection::NoRig`]: there is no admissible step, the steps end far from the optimum, or the optimum cannot be
+    /// rectified.
     /// [`Rejection::CorrectionLimit`]: the optimum is beyond the limit.
     #[inline(never)]
     pub(super) fn descend(

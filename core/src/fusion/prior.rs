@@ -1,8 +1,8 @@
 //! An estimate as the start of a new hypothesis, in the form that a record stores (`ESTIMATOR.md`, section 21).
 //!
 //! The moments of a hypothesis are replaced by the moments of five virtual correspondences with the same information on
-//! the extrinsics and the same response to the lens (`Moments::set_prior`). So a restored estimate is fused, fades and
-//! is reported like any other estimate.
+//! the extrinsics and the same response to the lens (`Moments::set_prior`). So further pairs can be added to a restored
+//! estimate, and it fades and is reported like any other estimate.
 
 use core::slice::from_mut;
 
@@ -25,8 +25,9 @@ use crate::thresholds::FREEDOM_RAD;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Prior<T: Scalar> {
     pub(crate) pose: RectifyingRotations<T>,
-    /// Equations of the pairs about the pose, with the noise of disparities in them. For a rig that vibrates, equations
-    /// with the information on its mean, without noise. A record stores only the baseline part of the gradient.
+    /// Equations of the pairs about the pose. For a rigid rig they include the noise of disparities. For a vibrating
+    /// rig they have the information on the mean rig, without that noise. A record stores only the baseline part of the
+    /// gradient.
     pub(crate) equations: BiasedEquations<T>,
     pub(crate) response: Response<T>,
     /// Reduced chi-square of the pairs.
@@ -37,7 +38,7 @@ pub(crate) struct Prior<T: Scalar> {
     pub(crate) noise: T,
     /// Running means of the share of inliers and of [`crate::pair::evaluate::PairMeasurement::crowd`].
     pub(crate) shares: [T; 2],
-    /// Fading sums of the matches of high leverage with residuals within 2 units of the loss, and from 2 to 4 units.
+    /// Fading numbers of matches of high leverage: with residuals within 2 units of the loss, and from 2 to 4 units.
     pub(crate) high_leverage: [T; 2],
 }
 
@@ -85,7 +86,8 @@ pub(crate) struct Learned<T: Scalar> {
 }
 
 impl<T: Scalar> Learned<T> {
-    /// Returns empty content: the mount yaw rests on the factory calibration.
+    /// Returns content without anything learnt: no estimate, the given lens, no vibration, and no knowledge of the
+    /// mount yaw beyond the factory calibration.
     // Not a constant, because a constant would take its full size in flash.
     pub(crate) fn nothing() -> Self {
         Self::of_lens(&LensReference::GIVEN)
@@ -104,7 +106,7 @@ impl<T: Scalar> Learned<T> {
         }
     }
 
-    /// Returns all numbers in the order of a record, apart from the pose.
+    /// Returns the numbers that follow the pose in a record, in the order of the record.
     pub(crate) fn numbers(&mut self) -> [&mut [T]; 13] {
         let Self { prior, lens, vibration, mount, .. } = self;
         let Prior { equations, response, chi_square, noise, shares, high_leverage, .. } = prior;
@@ -137,19 +139,21 @@ impl<T: Scalar> Learned<T> {
     }
 }
 
-/// Position of an estimate, to decide whether a later estimate has moved away from the estimate in a record.
+/// Pose and yaw of an estimate with their uncertainty. The policy compares the present place with the place at the last
+/// save.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place<T: Scalar> {
     pose: RectifyingRotations<T>,
     sd: StandardDeviations<T>,
-    /// Yaw of the mount as known before the sums, rad; 0 if nothing has measured it.
+    /// Yaw of the mount as known apart from the present sums, rad, relative to the factory extrinsics; 0 if nothing is
+    /// known of it.
     yaw: T,
     pub(crate) pairs: u32,
 }
 
 impl<T: Scalar> Place<T> {
-    /// Returns whether `R`, `t` or the yaw has moved by more than [`FREEDOM_RAD`]. `R` and `t` must also have moved by
-    /// more than their standard deviations, because a far scene moves `t` by chance.
+    /// Returns whether `R`, `t` or the yaw has moved by more than [`FREEDOM_RAD`] since `old`. `R` and `t` must also
+    /// have moved by more than the standard deviations of this place, because a far scene moves `t` by chance.
     pub(crate) fn has_moved_from(&self, old: &Self) -> bool {
         let freedom = T::lit(FREEDOM_RAD);
         let [[x, y, z, b_y, b_z]] = old.pose.unknowns_to(&self.pose).data.0;
@@ -161,7 +165,7 @@ impl<T: Scalar> Place<T> {
 }
 
 impl<T: Scalar> Fusion<T> {
-    /// Returns the place of the champion; `None` without a champion.
+    /// Returns the place of the champion; `None` without a champion or without its covariance.
     #[inline(never)]
     pub(crate) fn place(&self, context: &Context<'_, T>) -> Option<Place<T>> {
         let champion = self.hypotheses.champion()?;
@@ -181,7 +185,7 @@ impl<T: Scalar> Fusion<T> {
             .map_or(self.reference, |champion| self.reference.with_knowledge_of(champion, context))
     }
 
-    /// Fills the content of a record, apart from the lens.
+    /// Fills the content of a record, apart from the lens. An estimate that is not consistent is left out.
     #[inline(never)]
     pub(crate) fn learn(&self, learned: &mut Learned<T>, context: &Context<'_, T>) {
         if let Some(champion) = self.hypotheses.champion() {
@@ -195,7 +199,7 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Restores the content of a record. The estimate is suspect until a pair supports it. `None` if the parts of the
-    /// record do not fit together; the state is then unspecified.
+    /// record do not fit together; this value is then unspecified.
     #[inline(never)]
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
         let Learned { prior, lens, changes, vibration, mount, mount_flags } = learned;

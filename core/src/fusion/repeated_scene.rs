@@ -148,14 +148,15 @@ impl Buckets {
     }
 }
 
-/// Returns left column, left row and right column, in steps from a corner outside any image. The right row is omitted,
-/// because it nearly equals the left row.
+/// Returns left column, left row and right column in quantisation steps ([`steps`]). The right row is omitted, because
+/// it nearly equals the left row.
 fn coordinates<T: Scalar>(pair: &RayPair<T>, scale: T) -> [u16; 3] {
     let ([a, b], [c, _]) = (pair.left(), pair.right());
     [steps(a, scale), steps(b, scale), steps(c, scale)]
 }
 
-/// Returns a coordinate of a ray at unit depth, in quantisation steps plus 32,768.
+/// Returns a coordinate of a ray at unit depth, in quantisation steps plus 32,768, so that no image has a negative
+/// number.
 ///
 /// * `scale`: steps per unit at unit depth.
 fn steps<T: Scalar>(x: T, scale: T) -> u16 {
@@ -325,7 +326,7 @@ mod tests {
                 assert_eq!(repeated_scene.compare(&pairs, FOCAL), expected, "{noise_px} {seed}");
             }
         }
-        // A copy may differ from its original in at most a tenth of the matches.
+        // A copy may differ from its original in less than a tenth of the matches.
         let changed = |part: usize| {
             let mut pairs = rays(&seen, 0.0, 0.0, 0);
             let others = rays(&scene(256, 14), 0.0, 0.0, 0);

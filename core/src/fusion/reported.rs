@@ -22,7 +22,8 @@ use crate::thresholds::{
 };
 
 impl<T: Scalar> Fusion<T> {
-    /// Returns the estimate; `None` before the first pair, or without a valid covariance.
+    /// Returns the estimate. `None` before the first pair, without a valid covariance, or without a plausible solution
+    /// for the lens.
     #[inline(never)]
     pub(crate) fn proposal(
         &self,
@@ -32,8 +33,8 @@ impl<T: Scalar> Fusion<T> {
         let hypothesis = self.hypotheses.reported()?;
         let covariance = hypothesis.reported_covariance(context)?;
         let with_lens = self.with_lens(hypothesis, &covariance, context);
-        // An uncertain lens cannot reduce a variance. An estimate in which it halves one is numerically wrong, and is
-        // not reported.
+        // An uncertain lens cannot reduce a variance. An estimate in which it reduces one to less than half is
+        // numerically wrong, and is not reported.
         let WithLens { covariance: wide, .. } = with_lens.as_ref()?;
         let mut variances = wide.diagonal().into_iter().zip(covariance.diagonal());
         if !variances.all(|(wide, given)| wide * T::lit(2.0) >= given) {
@@ -97,7 +98,7 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Returns whether the estimate fits all pairs clearly better than the extrinsics in use, and differs from them by
-    /// more than chance. `None` if the sums belong to other cameras.
+    /// more than chance. `None` if the sums have another lens correction than the calibration in use or than `best`.
     ///
     /// * `covariance`: covariance of the estimate, rad^2.
     #[inline(never)]
@@ -143,8 +144,8 @@ impl<T: Scalar> Fusion<T> {
         mount.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
     }
 
-    /// Returns the estimate with an uncertain lens, compensated if configured; `None` if the lens has no finite
-    /// solution.
+    /// Returns the estimate with an uncertain lens. Once the rays are corrected, the pose belongs to the lens that the
+    /// pairs show. `None` if the lens has no plausible finite solution.
     #[inline(never)]
     fn with_lens(
         &self,
@@ -182,7 +183,8 @@ impl<T: Scalar> Fusion<T> {
         WithLens { pose: compensated, covariance: wide, correction, found }
     }
 
-    /// Returns the estimate with the yaw that the rows show split into a mount part and a lens part.
+    /// Returns the estimate, and splits the yaw that the rows show into the yaw of the mount and the apparent yaw of
+    /// the lens.
     fn of_mount(&self, with_lens: &WithLens<T>, context: &Context<'_, T>) -> OfMount<T> {
         let mut estimate = *with_lens;
         let [_, variance, ..] = estimate.covariance.diagonal();
@@ -194,7 +196,7 @@ impl<T: Scalar> Fusion<T> {
         OfMount { estimate, turn: yaw.mount() - rows.turn, lens_yaw }
     }
 
-    /// Returns the pose for the compensated lens. `None` if the lens is only reported, or if the pose exceeds the
+    /// Returns the pose for the compensated lens. `None` if the lens is not compensated, or if the pose exceeds the
     /// correction limit, for instance with a far pair that does not observe the baseline.
     fn compensated(
         &self,

@@ -1,7 +1,7 @@
 //! Vibration: random motion of a rig from pair to pair about a constant mean (`ESTIMATOR.md`, section 14).
 //!
 //! The optima of successive pairs are compared with each other, not with the estimate. Each distance gives one estimate
-//! of a variance. The median of the latest estimates decides, so that a knock is only one outlier among many.
+//! of each variance. The median of the latest estimates decides, so that a knock is only one outlier among many.
 
 use nalgebra::Vector5;
 
@@ -45,7 +45,8 @@ impl<T: Scalar> Times<T> {
     }
 }
 
-/// Variance of an unknown that is left out, rad^2. It carries almost no information, but keeps the matrix invertible.
+/// Variance of an unknown that is left out, rad^2. Such an unknown carries almost no information, but the matrix stays
+/// invertible.
 const LEFT_OUT: f64 = 1e6;
 
 /// Unknowns with a common variance.
@@ -96,7 +97,7 @@ impl<T: Scalar> Distance<T> {
         let factor = expected.factor(T::ZERO)?;
         let (pull, inverse) = (factor.solve(&self.d), factor.inverse());
         let (sum, squares) = (trace(&inverse), inverse.dot(&inverse));
-        // Cube root of the median of a chi-square variable over its mean (Wilson and Hilferty).
+        // Cube root of the ratio of the median of a chi-square variable to its mean (Wilson and Hilferty).
         let root = T::ONE - T::lit(2.0 / 9.0) * squares / (sum * sum);
         let estimate = |form: T| known + (form - sum) / (squares * times.factor);
         let form = pull.norm_squared();

@@ -112,8 +112,8 @@ impl<T: Scalar> Camera<T> {
         &self.lens
     }
 
-    /// Returns the largest magnitude of `x y` of a ray in the image, at unit depth, dimensionless. Distortion is
-    /// ignored.
+    /// Returns the largest product `|x y|` over the rays `(x, y)` of the image, at unit depth, dimensionless.
+    /// Distortion is ignored.
     pub(crate) fn corner(&self) -> T {
         let Intrinsics { focal, principal, size } = &self.intrinsics;
         let axes = focal.iter().zip(principal).zip(size);
@@ -135,11 +135,11 @@ impl<T: Scalar> Camera<T> {
         Matrix3::new(one / fx, zero, -cx / fx, zero, one / fy, -cy / fy, zero, zero, one)
     }
 
-    /// Returns the ray `(x, y)` at unit depth through a pixel: `p = K^-1 [u v 1]` after undistortion.
+    /// Returns the ray `(x, y)` at unit depth through a pixel: the point `K^-1 [u v 1]`, undistorted.
     ///
     /// # Errors
-    /// [`UndistortError`]: the pixel is not finite or more than half a pixel outside the image, or the lens model is
-    /// not invertible there.
+    /// [`UndistortError`]: the pixel is not finite or more than half a pixel outside the image, the lens model is not
+    /// invertible there, or the ray is more than 85 degrees off axis.
     pub fn ray(&self, pixel: [T; 2]) -> Result<Vector2<T>, UndistortError> {
         self.check(pixel)?;
         self.ray_of_checked(pixel)

@@ -16,7 +16,8 @@ pub(super) fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
 /// Returns the smallest argument in `0..=limit` at which `slope` is not positive, or `limit` if `slope` is positive
 /// everywhere.
 ///
-/// Cost: 256 samples, then 30 bisections. A dip narrower than 1/256 of the range may stay undetected.
+/// Cost: up to 256 samples, then 30 bisections if the slope vanishes. A dip narrower than 1/256 of the range may stay
+/// undetected.
 #[inline(never)]
 pub(super) fn first_fold<T: Scalar>(slope: &dyn Fn(T) -> T, limit: T) -> T {
     let at = |i: u32| limit * (T::count(i) / T::count(FOLD_SAMPLES));

@@ -9,7 +9,7 @@ use crate::error::ExtrinsicsError;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_LATERAL;
 
-/// Largest rounding error of a rotation or a unit vector, in units in the last place.
+/// Largest rounding error of an element of a rotation or of a unit vector, in units in the last place of 1.
 const ROUNDING: f64 = 16.0;
 
 /// `R` and unit `t` of `p_r = R p_l + t`. For a plain side-by-side rig `t = (-1, 0, 0)`.
@@ -82,7 +82,7 @@ impl<T: Scalar> Extrinsics<T> {
     /// not change extrinsics.
     ///
     /// # Errors
-    /// [`ExtrinsicsError`].
+    /// As [`Extrinsics::try_new`].
     pub fn from_row_major(r: [T; 9], t: [T; 3]) -> Result<Self, ExtrinsicsError> {
         let (r, t) = (row_major(r), Vector3::from(t));
         let nearest = Self::try_new(&r, &t)?;

@@ -136,8 +136,8 @@ impl<T: Scalar> Rectangle<T> {
     }
 }
 
-/// Field of view of one camera on the rectified plane: the rectangle inside the image border, and the rectangle around
-/// it.
+/// Field of view of one camera on the rectified plane: the largest rectangle inside the image border, and the smallest
+/// rectangle around the border.
 struct View<T> {
     inner: Rectangle<T>,
     outer: Rectangle<T>,

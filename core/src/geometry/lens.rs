@@ -1,10 +1,10 @@
 //! Lens models of OpenCV: distortion in closed form, its inverse by a bounded Newton iteration.
 //!
-//! Points are normalised image coordinates (unit depth), dimensionless; coefficients are in
-//! OpenCV's order. A distortion polynomial folds back beyond some radius: its slope is 0 there, and
-//! it is not invertible. Both directions refuse points beyond the fold, so that every result of
-//! `undistort` distorts to its argument. Within 2 % of a radial-tangential or rational fold the iteration may
-//! not converge; such points are refused.
+//! Points are normalised image coordinates (unit depth), dimensionless; coefficients are in OpenCV's order. The
+//! distorted radius of a model may rise only up to some undistorted radius, the fold, where its slope is 0. Beyond the
+//! fold the model is not invertible. Both directions refuse points beyond the fold, so that every result of `undistort`
+//! distorts to its argument. Close to a radial-tangential or rational fold, mostly within 3 % of its radius, the
+//! iteration may not converge; such points are refused.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -44,7 +44,7 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// Maps undistorted to distorted coordinates; returns `None` beyond the fold or beyond 85 degrees.
+    /// Maps undistorted to distorted coordinates; returns `None` beyond the fold, beyond 85 degrees, and for NaN.
     pub(super) fn distort(&self, p: Vector2<T>) -> Option<Vector2<T>> {
         let limit = T::lit(MAX_TANGENT);
         if !(p.norm_squared() <= limit * limit) {
@@ -58,10 +58,11 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// Returns the lens with `k1` added to its first radial coefficient.
+    /// Returns the lens with `k1` added to its first radial coefficient. A pinhole becomes radial-tangential unless
+    /// `k1` is 0. In a rational lens also `k2` and `k3` change ([`Rational::corrected`]).
     ///
     /// # Errors
-    /// [`CameraError::Distortion`] if the coefficient is then out of range.
+    /// [`CameraError::Distortion`] if a coefficient is then out of range.
     pub(super) fn corrected(&self, k1: T) -> Result<Self, CameraError> {
         Ok(match self {
             Self::Pinhole if k1 == T::ZERO => Self::Pinhole,
@@ -81,7 +82,8 @@ impl<T: Scalar> Lens<T> {
         })
     }
 
-    /// Maps distorted to undistorted coordinates; returns `None` where the model is not invertible.
+    /// Maps distorted to undistorted coordinates. Returns `None` where the model is not invertible, where the iteration
+    /// does not converge, and if the result is beyond 85 degrees.
     #[inline(always)]
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let limit = T::lit(MAX_TANGENT);
@@ -92,8 +94,8 @@ impl<T: Scalar> Lens<T> {
         }
     }
 
-    /// Undistorts by iteration. It is separate from [`Self::undistort`], which saves 30 instructions in the push of a
-    /// pinhole.
+    /// Undistorts by iteration. This function is separate from [`Self::undistort`], because that saves 30 instructions
+    /// in the push of a match of a pinhole camera.
     #[inline(never)]
     fn undistort_by_iterations(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         match self {
@@ -117,7 +119,8 @@ impl<T: Scalar> Lens<T> {
 )]
 pub struct RadialTangential<T> {
     coefficients: [T; 5],
-    /// Squared undistorted radius at which the slope of the distorted radius vanishes, at most [`MAX_TANGENT`] squared.
+    /// Squared undistorted radius at which the slope of the distorted radius vanishes, without the tangential terms; at
+    /// most [`MAX_TANGENT`] squared.
     fold_squared: T,
 }
 

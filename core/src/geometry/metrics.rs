@@ -1,7 +1,7 @@
 //! Errors of an estimate against a reference, in radians (eqs 23-26).
 //!
-//! The paper prints `arccos`, whose error in `f32` is up to 5e-4 rad near zero; `atan2` is exact to rounding (erratum
-//! 6).
+//! The paper uses `arccos`, whose error in `f32` is up to 5e-4 rad near zero; `atan2` is exact to rounding (erratum 6
+//! in the list of `paper`).
 
 use nalgebra::{Rotation3, Unit, Vector3};
 
@@ -21,7 +21,7 @@ pub fn baseline_angle<T: Scalar>(a: &Unit<Vector3<T>>, b: &Unit<Vector3<T>>) -> 
 
 /// Returns `e_theta = |theta* - theta|` of eq 24: the distance between the two rotation vectors, rad.
 ///
-/// It is discontinuous where a rotation is near pi (erratum 6); [`rotation_angle`] is continuous.
+/// It is discontinuous where the angle of a rotation is pi (erratum 6); [`rotation_angle`] is continuous.
 #[must_use]
 pub fn rotation_distance<T: Scalar>(a: &Rotation3<T>, b: &Rotation3<T>) -> T {
     (so3::log(a) - so3::log(b)).norm()
@@ -56,7 +56,7 @@ impl<T: Scalar> Deviation<T> {
 
     /// Returns the root mean square over single-pair deviations: `sigma_t`, `sigma_theta` (eqs 25, 26).
     ///
-    /// `None` without deviations. Cost: two products per deviation.
+    /// `None` without deviations. Cost: two products per deviation, and two square roots.
     #[must_use]
     pub fn root_mean_square(deviations: impl IntoIterator<Item = Self>) -> Option<Self> {
         let mut count = 0_u32;

@@ -2,7 +2,7 @@
 //!
 //! Calibrations with `cv::CALIB_RATIONAL_MODEL` and the factory files of some stereo cameras use this model. Points are
 //! normalised image coordinates (unit depth), dimensionless. The model ends where its slope vanishes, or where its
-//! denominator vanishes.
+//! denominator falls below 0.01.
 
 use nalgebra::{Matrix2, Vector2};
 
@@ -25,7 +25,8 @@ use crate::thresholds::{
 )]
 pub struct Rational<T> {
     pub(super) coefficients: [T; 8],
-    /// Radius at which the model ends: its slope or its denominator vanishes.
+    /// Undistorted radius at which the slope vanishes or the denominator falls below [`MIN_LENS_DENOMINATOR`]; at most
+    /// [`MAX_TANGENT`].
     fold: T,
 }
 
@@ -52,12 +53,16 @@ impl<T: Scalar> Rational<T> {
 
     /// Returns the lens with `by * s` added to its `g`. The numerator then gains the product of `by * s` and the
     /// denominator. The term of `s^4` in this product is left out, because the model has no such term.
+    ///
+    /// # Errors
+    /// [`CameraError::Distortion`] if a coefficient is then out of range.
     pub(super) fn corrected(&self, by: T) -> Result<Self, CameraError> {
         let [k1, k2, p1, p2, k3, k4, k5, k6] = self.coefficients;
         Self::try_new([k1 + by, k2 + by * k4, p1, p2, k3 + by * k5, k4, k5, k6])
     }
 
-    /// Returns `g` and its slope at a squared radius `s`; `None` where the denominator is close to 0 or negative.
+    /// Returns `g` and its slope at a squared radius `s`; `None` where the denominator is below
+    /// [`MIN_LENS_DENOMINATOR`].
     fn radial(&self, s: T) -> Option<Radial<T>> {
         let [k1, k2, _, _, k3, k4, k5, k6] = self.coefficients;
         let (two, three) = (T::lit(2.0), T::lit(3.0));
@@ -76,8 +81,8 @@ impl<T: Scalar> Rational<T> {
         (p.norm_squared() < self.fold * self.fold).then(|| self.map(p)).flatten()
     }
 
-    /// Returns the distorted point, without a check of the fold; `None` where the denominator is close to 0 or
-    /// negative.
+    /// Returns the distorted point, without a check of the fold; `None` where the denominator is below
+    /// [`MIN_LENS_DENOMINATOR`].
     fn map(&self, p: Vector2<T>) -> Option<Vector2<T>> {
         let [_, _, p1, p2, ..] = self.coefficients;
         let (xx, yy, xy) = (p.x * p.x, p.y * p.y, p.x * p.y);
@@ -104,7 +109,7 @@ impl<T: Scalar> Rational<T> {
     }
 
     /// Undistorts by Newton's method, which starts at the point that the radial part alone gives. The result is
-    /// distorted again and compared with `d`.
+    /// distorted again; `None` if it differs from `d` by more than rounding.
     pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let mut p = self.radial_inverse(d)?;
         for _ in 0..MAX_NEWTON_STEPS {
@@ -115,14 +120,14 @@ impl<T: Scalar> Rational<T> {
                 break;
             }
         }
-        // Rounding dominates every step where the model is flat, so the residual decides.
+        // Where the model is flat, rounding dominates every step. Therefore the residual decides, not the last step.
         let largest = T::lit(RATIONAL_RESIDUAL_ULPS) * T::EPSILON * (T::ONE + p.amax() + d.amax());
         self.distort(p).filter(|back| (back - d).amax() <= largest).map(|_| p)
     }
 
-    /// Returns the point on the line of `d` that the radial part maps to `d`, or a point near the fold. This is
-    /// Newton's method in a bracket: the radial part rises up to the fold, so bisection can replace every step that
-    /// leaves the bracket.
+    /// Returns the point in the direction of `d` that the radial part maps to `d`; a point near the fold if the radial
+    /// part does not reach `d`; `None` for NaN. This is Newton's method in a bracket: the radial part rises up to the
+    /// fold, so bisection can replace every step that leaves the bracket.
     fn radial_inverse(&self, d: Vector2<T>) -> Option<Vector2<T>> {
         let target = d.norm();
         if !(target > T::EPSILON) {
@@ -211,7 +216,7 @@ mod tests {
         ) {
             let p = Vector2::new(turn.cos(), turn.sin()) * (lens.fold.min(2.0) * part);
             let d = lens.distort(p).unwrap();
-            // Tangential terms may fold earlier than the radial slope.
+            // With tangential terms the model may stop being invertible at a smaller radius than its radial part.
             prop_assume!(lens.jacobian(p).unwrap().determinant() > 0.02);
             let tangential = lens.coefficients[2].abs().max(lens.coefficients[3].abs());
             match lens.undistort(d) {
@@ -247,7 +252,7 @@ mod tests {
 
     #[test]
     fn a_point_comes_back_where_the_model_is_flat() {
-        // The slope is 0.03 there: rounding moves each step by more than the limit of a step.
+        // The slope is about 0.1 there: rounding may move each step by more than the limit of a step.
         let lens = [11.542, 3.658, 9.81e-5, -2e-4, 0.2204, 10.298, 8.567, 1.4319];
         let lens = Rational::try_new(lens).unwrap();
         for part in 0..100 {

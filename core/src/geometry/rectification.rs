@@ -58,7 +58,8 @@ impl<T: Scalar> RectifyingRotations<T> {
         Self { left: identity, right: identity }
     };
 
-    /// Placeholder, written before it is read. It is zero, because other initial values would take a table in flash.
+    /// Placeholder, which is overwritten before it is read. All elements are 0, because other initial values would take
+    /// a table in flash.
     pub(crate) const UNSET: Self = {
         let zeros = Matrix3::from_array_storage(ArrayStorage([[T::ZERO; 3]; 3]));
         let rotation = Rotation3::from_matrix_unchecked(zeros);
@@ -78,7 +79,7 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// Returns `R = R_r^T R_l`, `t = -r_r1` (eq 7).
     ///
     /// # Errors
-    /// [`ExtrinsicsError::AlongOpticalAxis`]: the baseline is within 6 degrees of an axis.
+    /// [`ExtrinsicsError::AlongOpticalAxis`]: the baseline is within 6 degrees of an optical axis.
     pub fn extrinsics(&self) -> Result<Extrinsics<T>, ExtrinsicsError> {
         let m = self.right.matrix();
         let t = Vector3::new(-m.m11, -m.m12, -m.m13);
@@ -112,8 +113,9 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// Returns the five unknowns that lead from this pose to another, rad, to first order: rotation of `R` about the
     /// rectified x, y, z, then of the baseline about y and z.
     ///
-    /// This is the inverse of a step by these unknowns, up to the square of the step length. Components of the rotation
-    /// are at most pi, and components of the baseline at most 10, which a perpendicular baseline reaches.
+    /// This is the inverse of a step by these unknowns, up to the square of the step length. The magnitude of a
+    /// component is at most pi for the rotation, and at most 10 for the baseline. The value 10 occurs if the other
+    /// baseline is perpendicular to this one.
     #[must_use]
     #[inline(never)]
     pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {
@@ -175,7 +177,8 @@ pub(crate) mod tests {
         Extrinsics::try_new(r.matrix(), &Vector3::new(-1.0, y, z)).unwrap()
     }
 
-    /// Generates rigs turned by up to `turn` rad per axis, whose baselines have lateral components of up to `slope`.
+    /// Generates rigs turned by up to `turn` rad per axis, with baselines `(-1, y, z)` of `|y|` and `|z|` up to
+    /// `slope`.
     fn rigs(turn: f64, slope: f64) -> impl Strategy<Value = Extrinsics<f64>> {
         let [turn, slope] = [turn, slope].map(|limit| move || -limit..limit);
         ([turn(), turn(), turn()], [slope(), slope()]).prop_map(|(r, t)| extrinsics(r, t))

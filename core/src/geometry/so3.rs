@@ -11,7 +11,7 @@ use crate::thresholds::{MAX_ROTATION_DEFECT, NEWTON_SCHULZ_STEPS};
 /// Returns `exp([w]x)`: the rotation by `|w|` radians about `w`.
 ///
 /// The error of an element is below 5e-7 in `f32` for `|w|` up to pi, and grows with `|w|` above pi. `None` if the
-/// square of `w` is not finite. Cost: one square root if `|w|` is above pi; no sine or cosine.
+/// squared length of `w` is not finite. Cost: one square root if `|w|` is above pi; no sine or cosine.
 #[must_use]
 pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {
     let squared = w.norm_squared();
@@ -30,7 +30,8 @@ pub fn exp<T: Scalar>(w: &Vector3<T>) -> Option<Rotation3<T>> {
 /// Returns the rotation vector of `r` in radians, of length at most pi. This is the inverse of [`exp`], computed from
 /// the unit quaternion.
 ///
-/// Absolute error below 1e-6 rad in `f32` at any angle, relative error below 1e-6 near zero.
+/// Absolute error below 1e-6 rad in `f32` at any angle, relative error below 1e-6 near zero. For an angle within
+/// rounding of pi, the opposite vector may be returned.
 #[must_use]
 pub fn log<T: Scalar>(r: &Rotation3<T>) -> Vector3<T> {
     let (real, imaginary) = quaternion(r.matrix());
@@ -46,7 +47,7 @@ pub fn log<T: Scalar>(r: &Rotation3<T>) -> Vector3<T> {
 ///
 /// * `w`: rad, `|w| <= pi`.
 ///
-/// The error does not grow with the number of updates.
+/// The deviation of the result from an orthonormal matrix does not grow with the number of updates.
 #[must_use]
 pub(crate) fn left_update<T: Scalar>(w: &Vector3<T>, r: &Rotation3<T>) -> Rotation3<T> {
     let turned = product(&exp_matrix(w), r.matrix());
@@ -64,7 +65,7 @@ pub fn nearest_rotation<T: Scalar>(m: &Matrix3<T>) -> Option<Rotation3<T>> {
     if !(defect < T::lit(MAX_ROTATION_DEFECT)) || m.determinant() <= T::ZERO {
         return None;
     }
-    // The norm of `m^T m - I` falls from at most 0.2 to 3e-2, 7e-4, 4e-7, 1e-13, and then below rounding.
+    // The norm of `m^T m - I` falls from at most 0.2 to about 0.032, 7.8e-4, 4.5e-7, 1.5e-13, and then below rounding.
     let nearest = (0..NEWTON_SCHULZ_STEPS).fold(*m, |m, _| newton_schulz(&m));
     Some(Rotation3::from_matrix_unchecked(nearest))
 }
@@ -174,7 +175,7 @@ mod tests {
             .prop_map(|v| v.normalize())
     }
 
-    /// Generates 0, angles from 1e-7 to pi by orders of magnitude, and angles close to pi.
+    /// Generates the angle 0, angles from 1e-7 to 3.1 with a uniform logarithm, and angles up to 0.01 below pi, rad.
     fn angle() -> impl Strategy<Value = f64> {
         use core::f64::consts::PI;
         prop_oneof![

@@ -40,8 +40,8 @@ counters! {
     repeats,
     /// Backward steps of the sequence number: the sender restarted.
     restarts,
-    /// Whole frames with the flag [`dropped_before`](super::FrameHeader::dropped_before), and overruns that the
-    /// receiver reported.
+    /// Whole frames, without repeats, with the flag [`dropped_before`](super::FrameHeader::dropped_before); and
+    /// overruns that the receiver reported.
     overruns,
     /// Frames that the sink refused.
     refused,

@@ -18,10 +18,10 @@ use crate::batch::correspondence::Correspondence;
 /// inside a frame, is tested as the start of a header; a header with a correct CRC ends the frame before it. Damage
 /// therefore costs only the frames it touches.
 ///
-/// The work is bounded by the length of the stream, whatever its bytes are. Each byte is read once as part of a header
-/// and once as part of a frame; a byte of a whole header is read twice more. A test counts this. A byte where a header
-/// may start takes more instructions than a byte of a frame. On a Cortex-M4F the factor is 4 to 8 for a repeated magic,
-/// and 10 to 12 for repeated headers.
+/// The work is bounded by the length of the stream, whatever its bytes are. Each byte is read at most once as part of a
+/// header and once as part of a frame; a byte of a whole header is read twice more. A test counts these reads. A byte
+/// where a header may start takes more instructions than a byte of a frame. On a Cortex-M4F the factor is 4 to 8 for a
+/// repeated magic, and 10 to 12 for repeated headers.
 ///
 /// ```
 /// use stereo_selfcal::link::{Decoder, Event};
@@ -122,7 +122,8 @@ impl Decoder {
         Ok(None)
     }
 
-    /// Drops the rest of the current frame. Call it when the sink refuses the frame.
+    /// Drops the rest of the current frame, and counts the frame as refused. Call it when the sink refuses the frame;
+    /// [`Self::feed`] does so itself.
     pub fn refuse(&mut self) {
         let accepted = |frame: &&mut FrameBody| frame.disposition == Disposition::Accepted;
         if let Some(frame) = self.frame.as_mut().filter(accepted) {
@@ -131,8 +132,9 @@ impl Decoder {
         }
     }
 
-    /// Returns the number of bytes to the end of the current frame, or between frames to the end of the next header. A
-    /// driver that reads no more than this reads no byte of the next frame, unless bytes were damaged or lost.
+    /// Returns the number of bytes to the end of the current frame, or between frames to the end of the next header; at
+    /// least 1. A driver that reads no more than this reads no byte of the next frame, unless bytes were damaged or
+    /// lost.
     #[must_use]
     pub fn bytes_wanted(&self) -> usize {
         let to_header = HEADER_BYTES.saturating_sub(self.window.held());
@@ -297,7 +299,8 @@ impl Decoder {
         }
     }
 
-    /// Counts the missing frames that a whole frame reveals.
+    /// Stores the sequence number of a whole frame, and counts the overrun, the missing frames or the restart that the
+    /// header shows.
     fn count_missing(&mut self, header: &FrameHeader) {
         if header.dropped_before {
             count(&mut self.counters.overruns);

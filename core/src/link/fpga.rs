@@ -7,7 +7,7 @@ use super::receiver::{FrameReceiver, ReadySource, ReceiveError, Source};
 
 /// Driver of a matcher on SPI with chip select and a data-ready pin.
 ///
-/// * `SPI`: an [`SpiDevice`]; a call makes at most one transaction.
+/// * `SPI`: an [`SpiDevice`]; [`FrameReceiver::read`] and [`FrameReceiver::poll`] make at most one transaction each.
 /// * `RDY`: an [`InputPin`], high while a whole frame waits or is partly read. A caller with an interrupt needs no
 ///   pin: `RDY` may be `()`, with [`FrameReceiver::read`].
 ///

@@ -6,10 +6,10 @@ use super::layout::{CRC_BYTES, HEADER_BYTES, MAGIC, RECORD_BYTES, record_words};
 use super::record::MatchRecord;
 use crate::batch::correspondence::Correspondence;
 
-/// Treatment of a frame whose CRC proves correct.
+/// Treatment of the frame that is being received.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Disposition {
-    /// The matches are handed out.
+    /// The matches are handed out as they arrive.
     Accepted,
     /// The sequence number is the one of the last whole frame: the frame is dropped.
     Repeated,

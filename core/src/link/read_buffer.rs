@@ -42,6 +42,9 @@ impl ReadBuffer {
     }
 
     /// Decodes the rest of the last read; returns a whole frame if one ends in it.
+    ///
+    /// # Errors
+    /// [`FrameRefusal::Busy`] while the sink is busy: nothing is decoded. Otherwise the refusal of the sink.
     pub(super) fn pending(
         &mut self,
         sink: &mut impl FrameSink,

@@ -63,7 +63,7 @@ impl MatchRecord {
     /// * `header`: header of the frame that carries the record; sets coordinate and grid steps.
     ///
     /// # Errors
-    /// [`EncodeError`].
+    /// [`EncodeError::Coordinate`], [`EncodeError::Score`], [`EncodeError::GridStep`].
     pub fn encode(c: &Correspondence<f32>, header: &FrameHeader) -> Result<Self, EncodeError> {
         let scale = header.steps_per_px();
         let coordinate = |px: f32| {
@@ -157,7 +157,7 @@ impl MatchRecord {
     reason = "in range, and truncation is intended"
 )]
 fn rounded(x: f32, scale: f32) -> Option<u32> {
-    // In `f64`, adding 0.5 does not round.
+    // In `f64`, because in `f32` the sum may round up to the next integer.
     let nearest = f64::from(x) * f64::from(scale) + 0.5;
     (nearest >= 0.5 && nearest < f64::from(u32::MAX)).then_some(nearest as u32)
 }

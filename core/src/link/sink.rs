@@ -76,8 +76,8 @@ pub(super) fn in_scalar<T: Scalar>(c: &Correspondence<f32>) -> Correspondence<T>
 /// No frame is taken while a pair is being solved.
 ///
 /// The matches of a frame stay hidden until its CRC proves correct. Before [`Received`] the batch therefore appears
-/// empty, and solving it returns [`crate::Rejection::TooFew`] with 0 usable correspondences. This keeps the hidden
-/// matches: if the link stops within a frame and continues later, the frame is received whole.
+/// empty, and solving it returns [`crate::Rejection::TooFew`] with 0 usable correspondences. The hidden matches stay
+/// in the batch: if the link stops within a frame and continues later, the frame is received whole.
 /// [`Calibrator::discard_pair`] gives the frame up: its other matches are dropped, and [`Received::taken`] is 0.
 impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
     fn is_busy(&self) -> bool {

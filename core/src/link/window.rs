@@ -50,7 +50,7 @@ impl Window {
         self.held() == HEADER_BYTES
     }
 
-    /// Returns the bytes of a header, in order.
+    /// Returns the last 32 bytes, in order: the header if [`Self::is_header`] is true.
     pub(super) fn bytes(&self) -> [u8; HEADER_BYTES] {
         core::array::from_fn(|i| {
             let place = (usize::from(self.next) + i) % HEADER_BYTES;
@@ -117,7 +117,7 @@ pub(super) struct Taken {
 }
 
 /// Returns the number of leading bytes of the magic that the last bytes match, 0 to 3; 0 for the whole magic. The first
-/// byte of the magic occurs in it only once.
+/// byte of the magic occurs in it only once, so at most one number matches.
 fn begun(last: u32) -> u8 {
     let is = |bytes: u32| last & ((1 << (8 * bytes)) - 1) == WORD >> (u32::BITS - 8 * bytes);
     if is(3) {

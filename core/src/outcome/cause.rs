@@ -18,12 +18,12 @@ pub enum Cause {
     Transposed,
     /// Most matches have the same motion between the images, and nothing shows depth.
     SameImage,
-    /// Most pixels are outside the images of the cameras.
+    /// Most matches are refused, usually because a pixel is outside the images of the cameras.
     SmallerImages,
     /// All matches of all pairs are in the upper left quarter of the left image.
     LargerImages,
-    /// Most pixels have no ray: it is more than 85 degrees off the optical axis, or the lens model is not invertible
-    /// there.
+    /// Most matches are refused, usually because a pixel has no ray: it is more than 85 degrees off the optical axis,
+    /// or the lens model is not invertible there.
     FocalLength,
     /// Pairs show an error of the lens models that is too large for any calibration.
     Lens,

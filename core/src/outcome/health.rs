@@ -62,9 +62,10 @@ pub struct Health<T: Scalar> {
     /// RMS difference between the row offsets in use and proposed, px: the error of the extrinsics in use, without
     /// noise and vibration.
     pub off_px: T,
-    /// Matches within the screening threshold under the extrinsics in use.
+    /// Number of matches whose row offset with the extrinsics in use is within the screening threshold
+    /// ([`crate::Config::with_huber_threshold_px`]).
     pub fit_in_use: u32,
-    /// Matches within the screening threshold under the proposed extrinsics. Both RMS values are over these matches.
+    /// The same number with the proposed extrinsics. Both RMS values are over these matches.
     pub fit_proposed: u32,
     /// Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image. In the
     /// other cells nothing tests the calibration.
@@ -81,7 +82,7 @@ pub struct Health<T: Scalar> {
     /// Expected error of the yaw in use, rad: root of the sum of its squared distance from the estimate and the
     /// variance of the estimate.
     pub yaw: T,
-    /// Why the last pair was not fused; `None` if it was.
+    /// Why the last pair was not fused; `None` if it was, and while a pair is being solved.
     pub rejection: Option<Rejection>,
     /// The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show. If there is one,
     /// the numbers above say nothing about the calibration in use.
@@ -117,7 +118,7 @@ pub(crate) struct LastPair {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum NoHealth {
-    /// There is no estimate: no pair has been fused, or the fused pairs give no valid one.
+    /// There is no estimate: no pair has been fused, the fused pairs give no valid one, or it was dropped.
     #[error("no pair has been fused")]
     NoEstimate(Option<Cause>),
     /// The batch holds no match that fits the estimate. It is empty before the first pair after a restore.
@@ -136,8 +137,9 @@ impl NoHealth {
 }
 
 /// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs by a
-/// tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. Noise of the
-/// matcher does not count as an error of the calibration.
+/// tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. Where
+/// [`Proposal::improves`] is `None`, it is clearly better if it lowers the RMS row offset over the batch by a tenth.
+/// Noise of the matcher does not count as an error of the calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -210,7 +212,7 @@ impl<T: Scalar> Health<T> {
     }
 
     /// Compares the calibration in use with the proposed one over a batch, in one pass. Returns `None` if no match fits
-    /// the proposed one.
+    /// the proposed one, or if a calibration cannot be turned by the yaw of the lens.
     ///
     /// * `rays`: correction of the cameras that the rays of the batch belong to.
     /// * `focal`: mean focal length, px.
@@ -268,7 +270,7 @@ impl<T: Scalar> Health<T> {
 }
 
 /// Returns rectifying rotations after a turn by the apparent yaw of the lens. With the yaw of the mount alone, the rows
-/// of the images differ by `a x y`.
+/// of the images differ by `a x y`. `None` if the turn is too large.
 fn with_lens<T: Scalar>(
     mount: &RectifyingRotations<T>,
     proposal: &Proposal<T>,

@@ -37,7 +37,7 @@ pub struct LensEstimate<T> {
     pub focal: Finding<T>,
     /// Radial coefficient `k1`, right minus left.
     pub k1: Finding<T>,
-    /// Radial coefficient `k1`, mean of both cameras.
+    /// Radial coefficient `k1`, mean of both cameras. Half of a `k1` that is compensated is not included.
     pub k1_mean: Finding<T>,
     /// Tangential coefficient `p1`, right minus left.
     pub p1: Finding<T>,
@@ -52,8 +52,9 @@ impl<T: Scalar> LensEstimate<T> {
         [focal, k1, k1_mean, p1, principal_x_px].into_iter().any(Finding::is_significant)
     }
 
-    /// Returns whether the mean `k1` or `p1` has a larger error than any calibration leaves; neither is compensated. If
-    /// the row offsets are poor, an error above the standard deviation of the prior is enough.
+    /// Returns whether the mean `k1` or `p1` has a significant error that is larger than any calibration leaves;
+    /// neither is compensated. If the row offsets are poor, an error above the standard deviation of the prior is
+    /// enough.
     ///
     /// * `rows_px`: RMS row offset of a pair about its own optimum, px.
     pub(crate) fn is_gross(&self, prior: &LensPrior, rows_px: T) -> bool {

@@ -17,7 +17,7 @@ pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair.
     pub extrinsics: Extrinsics<T>,
     /// Information on `R`, `t`, 1/rad^2: inverse covariance of the M-estimate, without the prior. The information on
-    /// the baseline is 0 if the disparities are mostly noise.
+    /// the baseline is 0 if the disparities are only noise; the paper preset refuses such a pair.
     pub information: Information<T>,
     /// Why the solver stopped.
     pub stop: Stop,
@@ -45,7 +45,7 @@ pub struct PairReport<T: Scalar> {
 
 impl<T: Scalar> fmt::Display for PairReport<T> {
     /// Writes one line: extrinsics, row offsets before and after, noise, counts and passes. The reason of the stop
-    /// follows, unless the pair took all its passes, as every tracked pair does.
+    /// follows, unless the pair took all its passes, as tracked pairs usually do.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { extrinsics, rms_px_before, rms_px_after, noise_px, .. } = self;
         let Self { screened, usable, skipped, passes, stop, .. } = self;
@@ -93,7 +93,8 @@ pub enum Fused {
     Added,
     /// The pair shows the same scene as the pair fused before it, and adds nothing.
     Repeated,
-    /// The pair disagrees with the estimate, and is part of the challenger.
+    /// The pair disagrees with the estimate, and is part of the challenger. A challenger that three pairs confirm ends
+    /// with this pair if its extrinsics agree with the estimate after all.
     KeptApart,
     /// The pair is part of the estimate, and the last pairs have replaced the older ones: the rig has drifted, or has
     /// moved by less than a single pair shows.

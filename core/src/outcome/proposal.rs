@@ -29,25 +29,30 @@ pub struct Proposal<T: Scalar> {
     /// cameras.
     pub correction: LensCorrection<T>,
     /// The extrinsics that [`crate::Calibrator::apply`] puts into use: the best `R`, `t`, or the `t` in use with the
-    /// best `R` for it. The `t` in use is kept in three cases: the baseline is not observed; it is observed, but does
-    /// not differ significantly; or image halves disagree with exact lens models ([`Reason::ImageHalves`]).
+    /// best `R` for it. The `t` in use is kept in three cases: the baseline is not observed; it is observed, but still
+    /// uncertain, and the `t` in use does not differ from it significantly; or image halves disagree with exact lens
+    /// models ([`Reason::ImageHalves`]). In the first two cases the best `R`, `t` are applied nevertheless if pairs
+    /// determine the baseline with the lens models as given, and their row offsets are clearly smaller. If no `R` fits
+    /// the `t` in use, this is the calibration in use.
     pub applicable: Extrinsics<T>,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: LensCorrection<T>,
     /// Number of pairs in the estimate; pairs of a repeated scene count once.
     pub pairs: u32,
     /// Standard deviations of the error, with the lens models as given. Robust preset: they follow from the
-    /// information, and are increased where the pairs scatter more than it predicts and where image halves disagree.
-    /// Paper preset: they follow from the scatter of the pairs and the disagreement of axis and angle; after one pair
-    /// they are the standard deviations of that pair.
+    /// information, and are increased by drift, by vibration, if the pairs scatter more than the information predicts,
+    /// and if image halves disagree. Paper preset: they follow from the scatter of the pairs and the disagreement of
+    /// axis and angle; after one pair they are the standard deviations of that pair.
     pub sd: StandardDeviations<T>,
-    /// Covariance of the five unknowns, rad^2, in the order of [`crate::outcome::Information`] and as
-    /// [`crate::geometry::RectifyingRotations::unknowns_to`] measures them; `None` in the paper preset.
+    /// Covariance of the five unknowns with the lens models as given, rad^2, in the order of
+    /// [`crate::outcome::Information`] and as [`crate::geometry::RectifyingRotations::unknowns_to`] measures them;
+    /// `None` in the paper preset.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Option<Matrix5<T>>,
-    /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). They equal `sd` without
-    /// a lens prior and in the paper preset.
+    /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). Their yaw is the yaw of
+    /// the mount, as rows, factory calibration and witnesses determine it. They equal `sd` in the paper preset, and
+    /// without a lens prior as long as no witness is taken.
     pub sd_lens: StandardDeviations<T>,
     /// Covariance with the lens models uncertain, as `covariance`.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -71,7 +76,7 @@ pub struct Proposal<T: Scalar> {
     /// Reliability of `R`; `baseline_observed` tells whether pairs have determined `t`. The paper preset is locked from
     /// the first pair on.
     pub state: State,
-    /// Reasons to doubt the matches. They do not follow from the other fields.
+    /// Reasons to doubt the matches or, in the paper preset, the axis. They do not follow from the other fields.
     pub(crate) doubts: Reasons,
     /// Motion of the rig about the estimate from pair to pair; always [`Vibration::NONE`] in the paper preset.
     pub vibration: Vibration<T>,
@@ -93,7 +98,8 @@ impl<T: Scalar> Proposal<T> {
     /// Returns the mistake that the estimate shows.
     ///
     /// * `rows_px`: RMS row offset of a pair about its own optimum, px.
-    /// * `alike`: whether most matches of the last pair have the same motion between the images.
+    /// * `alike`: whether most matches of the last pair have the same motion between the images, and no pairs show
+    ///   depth.
     pub(crate) fn cause(&self, prior: &LensPrior, rows_px: T, alike: bool) -> Option<Cause> {
         if self.lens.is_some_and(|lens| lens.is_gross(prior, rows_px)) {
             Some(Cause::Lens)

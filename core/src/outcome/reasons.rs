@@ -10,9 +10,9 @@ use core::fmt;
 pub enum Reason {
     /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
     NotLocked,
-    /// Matches with other row offsets agree with a second calibration, and are nearly as many as the matches that fit
-    /// the estimate: for instance a fence, or a reflection. Forbids arming, and nothing is applied until the view has
-    /// changed.
+    /// Matches with residuals on one side of the inliers are nearly as many as the inliers, and may agree with a second
+    /// calibration, for instance because of a fence or a reflection. Forbids arming, and nothing is applied until the
+    /// view has changed.
     SecondMode,
     /// Image halves disagree by more than 5 standard deviations, and the lens models are taken as exact
     /// ([`crate::Config::without_lens_prior`]): the matches of an image region share a bias. Forbids arming, and
@@ -25,16 +25,19 @@ pub enum Reason {
     /// Image halves disagree by more than 3 standard deviations; the reported deviations include this disagreement.
     /// With exact lens models the `t` in use is kept.
     ImageHalves,
-    /// The pairs show an error of the lens models ([`crate::outcome::LensEstimate`]); the deviations with the lens
-    /// uncertain include this error.
+    /// The pairs show an error of the lens models ([`crate::outcome::LensEstimate`]) or an apparent yaw of the lenses
+    /// ([`crate::Proposal::lens_yaw`]); the deviations with the lens uncertain include it.
     Lens,
-    /// The pairs have not determined the baseline direction: the baseline in use is kept.
+    /// The pairs have not determined the baseline direction: as a rule the baseline in use is kept
+    /// ([`crate::Proposal::applicable`]).
     Baseline,
     /// The last pair showed the same scene as the pair fused before it, and adds no evidence.
     Repeated,
-    /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise.
+    /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise, or the pairs do
+    /// not agree on an axis.
     Axis,
-    /// No witness has measured the yaw of the mount, and rows do not separate it from the apparent yaw of the lens: the
+    /// The standard deviation of the apparent yaw of the lens is above 0.1 degrees: rows do not separate this yaw from
+    /// the yaw of the mount, and neither the factory calibration nor witnesses determine the latter well enough. The
     /// deviations of yaw and of depth include both yaws.
     Yaw,
 }

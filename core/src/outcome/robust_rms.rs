@@ -13,7 +13,7 @@ pub(super) struct SquaresBySize<T> {
 }
 
 impl<T: Scalar> SquaresBySize<T> {
-    /// Returns the squares before the first row offset.
+    /// Returns the sums without any row offset.
     ///
     /// * `first`: end of the first level, above 0, in the unit of the row offsets.
     pub(super) fn none(first: T) -> Self {

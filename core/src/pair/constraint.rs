@@ -1,5 +1,5 @@
 //! Epipolar constraint of a correspondence at a pose, its variance, and the derivatives of constraint and variance.
-//! They are computed without a division.
+//! None of them needs a division.
 //!
 //! Rectified rays `a = R_l p_l`, `b = R_r p_r` give the constraint `C = y_a z_b - z_a y_b`, which is the row offset of
 //! eq 11 times `z_a z_b`. If the four image coordinates at unit depth have unit variance, `C` has to first order the
@@ -304,7 +304,8 @@ mod tests {
             let by_k1_l = difference(|k| of(left + z * (k * squared_l), right));
             let by_k1_r = difference(|k| of(left, right + z * (k * squared_r)));
             let by_p1 = difference(|p| of(left, right - along * p));
-            // Effect of the correction on `sqrt V`. The share of each camera in `V` is taken as half.
+            // `C` times the relative change of `sqrt V` by the correction. The share of each camera in `V` is taken as
+            // half.
             let noise = |squared: f64, y: f64| constraint.value * (squared / 2.0 - y * y);
             let [.., k1_l, k1_r, p1] =
                 constraint.coordinates(&PoseTerms::at(&pose), rays);

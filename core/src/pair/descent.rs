@@ -45,7 +45,7 @@ impl<T: Scalar> Point<T> {
 /// Descent at a fixed scale.
 #[derive(Debug, Clone)]
 pub(super) struct Descent<T: Scalar> {
-    /// The best point at this scale; `None` while the scale changes.
+    /// The last accepted point at this scale; `None` while the scale changes.
     pub(super) best: Option<Point<T>>,
     /// Damping relative to the diagonal of the information, dimensionless.
     pub(super) damping: T,
@@ -54,13 +54,14 @@ pub(super) struct Descent<T: Scalar> {
 impl<T: Scalar> Descent<T> {
     pub(super) const NEW: Self = Self { best: None, damping: T::ZERO };
 
-    /// Returns the best point if `here` has a clearly higher cost; `None` if `here` is acceptable.
+    /// Returns the last accepted point if `here` exceeds its cost by more than [`MAX_RISE`]; `None` if `here` is
+    /// acceptable, or if there is no accepted point.
     pub(super) fn rejects(&self, here: &Point<T>) -> Option<Point<T>> {
         // Negated `<=`, so that a NaN cost is rejected.
         self.best.filter(|best| !(here.cost <= best.cost + T::lit(MAX_RISE)))
     }
 
-    /// Accepts a point as the best one. The next pass must have the same scale. The next step is undamped.
+    /// Accepts a point. The next pass must have the same scale. The next step is undamped.
     pub(super) fn accept(&mut self, here: Point<T>) {
         *self = Self { best: Some(here), damping: T::ZERO };
     }
@@ -70,7 +71,7 @@ impl<T: Scalar> Descent<T> {
         self.damping = T::lit(2.0) * self.damping + T::ONE;
     }
 
-    /// Forgets the best point and the damping, because the scale changes.
+    /// Forgets the accepted point and the damping, because the scale changes.
     pub(super) fn restart(&mut self) {
         *self = Self::NEW;
     }

@@ -41,8 +41,8 @@ pub(crate) struct PairMeasurement<T: Scalar> {
     /// number of positive minus the number of negative residuals from 2 to [`crate::thresholds::CROWD`] units of the
     /// loss, over the number of usable correspondences.
     pub(crate) crowd: T,
-    /// Numbers of correspondences in the separate class of high leverage ([`super::leverage::Leverage::is_separate`]),
-    /// with residuals below 2 units of the loss, and from 2 to 4 units.
+    /// Numbers of weighted correspondences in the separate class of high leverage
+    /// ([`super::leverage::Leverage::is_separate`]), with residuals below 2 units of the loss, and from 2 to 4 units.
     pub(crate) high_leverage: [T; 2],
 }
 
@@ -207,7 +207,8 @@ impl<T: Scalar> EvaluatedPose<T> {
 
     /// Returns whether a pose found by a search is an optimum, that is, whether the residuals form a peak at zero.
     /// Outliers alone fill the bands from 0 to 2 and from 2 to 4 units equally, and raise the noise estimate. So at
-    /// higher noise the peak must hold more matches.
+    /// higher noise the peak must hold more matches. The noise must be below [`MAX_NOISE_PX`], and the inliers must be
+    /// the largest group of matches that fit one pose.
     ///
     /// * `needed`: least number of near residuals, from the configuration.
     pub(crate) fn is_found(&self, needed: u16) -> bool {
@@ -220,13 +221,14 @@ impl<T: Scalar> EvaluatedPose<T> {
             && self.is_largest_crowd()
     }
 
-    /// Returns the share of near residuals that a pose found by a search needs.
+    /// Returns the share of near residuals among the usable ones that a pose found by a search needs.
     fn share_of_found(&self) -> T {
         let [share, per_px] = FOUND_NEAR.map(T::lit);
         (share + per_px * self.measurement.noise).min(T::lit(FOUND_NEAR_MOST))
     }
 
-    /// Returns the reason if residuals form a peak but do not come from a valid scene.
+    /// Returns the reason if residuals form a peak but do not come from a valid scene: [`Rejection::Behind`] or
+    /// [`Rejection::NoDepth`].
     ///
     /// * `needed`: least number of near residuals, from the configuration.
     pub(crate) fn no_scene(&self, needed: u16) -> Option<Rejection> {
@@ -247,9 +249,10 @@ impl<T: Scalar> EvaluatedPose<T> {
         ahead > self.stats.near() * T::HALF
     }
 
-    /// Tests a pose that is already known from other pairs. Returns whether the residuals form a peak at zero that
-    /// holds half of the share of matches that a pose found by a search needs, the inliers are the largest group, not
-    /// too many near points are behind the cameras, and the disparities differ.
+    /// Tests a pose that is already known from other pairs. Returns whether the residuals form a peak at zero, and come
+    /// from a valid scene. The peak must hold half of the share of matches that a pose found by a search needs, and its
+    /// matches must be the largest group. A scene is not valid if too many points are behind the cameras, or if the
+    /// disparities show no depth.
     pub(crate) fn has_peak(&self) -> bool {
         let (near, beside) = (self.stats.near(), self.stats.beside());
         near >= T::count(TRACK_MIN_NEAR)
@@ -261,14 +264,14 @@ impl<T: Scalar> EvaluatedPose<T> {
     }
 
     /// Returns whether the inliers are the largest group of matches that fit one pose. False if a second crowd
-    /// ([`PairMeasurement::crowd`]) is larger, if no match fits, or if the pose lies between two groups. The pose may
-    /// then follow a repeated structure, such as a fence.
+    /// ([`PairMeasurement::crowd`]) is larger, or if the pose lies between two groups: the pose may then follow a
+    /// repeated structure, such as a fence. Also false if no match fits, or if the near matches have almost no weight.
     fn is_largest_crowd(&self) -> bool {
         let PairMeasurement { crowd, inlier_share, .. } = self.measurement;
         inlier_share > T::ZERO && crowd.abs() <= inlier_share && !self.stats.is_hollow()
     }
 
-    /// Returns whether the peak of residuals exceeds chance. Used at poses that are not yet confirmed.
+    /// Returns whether the peak of residuals exceeds chance.
     pub(crate) fn has_clear_peak(&self) -> bool {
         self.stats.exceed_background()
     }

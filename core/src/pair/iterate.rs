@@ -25,7 +25,7 @@ pub(crate) struct Iterate<T: Scalar> {
     pub(super) noise: T,
     /// Limit of Tukey's loss, in units of the loss.
     pub(super) tukey: T,
-    /// Limit on the leverage of a correspondence; `None` before the first limit is known.
+    /// Limit on the leverage of a correspondence; `None` while no limit is known.
     pub(super) leverage: Option<Leverage<T>>,
     /// Effective number of unknowns that are determined by the correspondences and not by the prior, 0 to 5.
     pub(super) fitted: T,

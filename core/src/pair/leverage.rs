@@ -11,7 +11,8 @@ use crate::thresholds::{FIRST_MAX_LEVERAGE, MAX_LEVERAGE, MIN_SEPARATION, SIGNIF
 /// Limit on a correspondence's share of the information on the baseline, dimensionless.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Leverage<T> {
-    /// Covariance of the baseline, rad^2: forward variance, covariance, down variance.
+    /// Covariance of the baseline, rad^2: forward variance, covariance, down variance. [`Self::of`] multiplies it by
+    /// the growth of the residual variance.
     covariance: [T; 3],
     /// Largest share at which a correspondence keeps its full weight.
     limit: T,
@@ -45,8 +46,9 @@ impl<T: Scalar> HighLeverage<T> {
     }
 
     /// Returns the squared mean of the root shares of the correspondences with residuals within 2 units. `None` unless
-    /// these correspondences are inliers and form a class of their own. They form one if the squared harmonic mean of
-    /// their root shares is above [`MIN_SEPARATION`] times `least`. A few large shares hardly change the harmonic mean.
+    /// these correspondences are inliers and form a class of their own. They are inliers if `trusted`, or if they form
+    /// a peak ([`form_peak`]). They form a class if the squared harmonic mean of their root shares is above
+    /// [`MIN_SEPARATION`] times `least`. A few large shares hardly change the harmonic mean.
     ///
     /// * `least`: share above which leverage is high; `trusted`: whether correspondences of high leverage were inliers
     ///   in the last pairs.
@@ -86,8 +88,9 @@ impl<T: Scalar> Leverage<T> {
         limit.is_finite().then_some(Self { covariance, limit, high: limit })
     }
 
-    /// Returns the limit after a step of a track. If the correspondences of high leverage are inliers, the limit rises
-    /// to [`MAX_LEVERAGE`] times their mean share. `None` if the limit is not finite.
+    /// Returns the limit after a step of a track. If the correspondences of high leverage are inliers and form a class
+    /// of their own ([`HighLeverage::inlier_share`]), the limit is at least [`MAX_LEVERAGE`] times their mean share.
+    /// `None` if the limit is not finite.
     ///
     /// * `information`: as in [`Self::of`]; `last`: limit of the pass; `high`: its correspondences of high leverage.
     /// * `trusted`: whether correspondences of high leverage were inliers in the last pairs.

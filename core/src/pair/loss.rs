@@ -87,7 +87,8 @@ impl<T: Scalar> ResidualVariance<T> {
         is_near
     }
 
-    /// Returns an unbiased estimate of the variance before rounding, px^2, from a residual within 2 units.
+    /// Returns an estimate of the variance before rounding, px^2, from a residual within 2 units. It is unbiased for
+    /// normal residuals whose standard deviation is the unit.
     ///
     /// * `squared`: squared residual, px^2.
     pub(super) fn noise_squared(&self, squared: T) -> T {

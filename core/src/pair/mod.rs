@@ -1,7 +1,7 @@
 //! One stereo pair: M-estimator of the extrinsics from whitened row offsets, one pass over the batch at a time.
 //!
-//! Inputs are the rays of a batch at unit depth, and a start pose with its prior. Outputs are the optimum, its moments,
-//! and residual statistics.
+//! Inputs are the rays of a batch at unit depth, and a start pose with its prior. Outputs are the pose reached, its
+//! moments, and residual statistics.
 //!
 //! - [`constraint`]: residual, its variance and its derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a
 //!   residual.

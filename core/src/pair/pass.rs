@@ -16,7 +16,8 @@ use crate::thresholds::{NEAR, TRACKED};
 
 /// Number of places to skip before each place that is read, if a pass reads half of the batch. Two bits each, lowest
 /// bits first; 16 of 32 places are read. The places read follow no period within the 32 (Thue-Morse sequence). So if
-/// outliers fill every second or every fourth place, their share among the places read is about the same.
+/// outliers fill every second or every fourth place, their share among the places read is about their share in the
+/// batch.
 const LEFT_OUT: u32 = 0x1891_9219;
 
 /// Sums of a pass; counts are whole numbers.
@@ -28,7 +29,7 @@ pub(super) struct PassSums<T> {
     pub(super) usable: T,
     /// Correspondences with a weight above 0.
     pub(super) weighted: T,
-    /// Residuals within 2 units of the loss; counted only in a polish.
+    /// Residuals within 2 units of the loss, of correspondences with enough disparity; counted only in a polish.
     pub(super) near: T,
     /// Sum of the estimates of the noise variance from the near residuals, px^2.
     pub(super) near_squares: T,
@@ -36,7 +37,7 @@ pub(super) struct PassSums<T> {
     pub(super) cost: T,
     /// Histogram of residuals; counted in a search, except at scales above [`crate::thresholds::WIDE_SCALE_PX`].
     pub(super) levels: LevelCounts<T>,
-    /// Correspondences of high leverage; counted only in a track.
+    /// Weighted correspondences of high leverage; counted only in a track.
     pub(super) high: HighLeverage<T>,
 }
 
@@ -121,7 +122,7 @@ impl<T: Scalar> PassSums<T> {
         is_ahead: bool,
         squared: T,
     ) -> T {
-        // A match behind infinity has the cost of an outlier and no weight.
+        // A match behind infinity, with too small a disparity, has the cost of an outlier and no weight.
         let counted = if is_ahead { squared } else { expected.limit_squared(tukey_squared) };
         let (weight, cost) = expected.tukey(tukey_squared, counted);
         self.cost += cost;

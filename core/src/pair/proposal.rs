@@ -32,15 +32,18 @@ pub(super) struct Rounds {
 }
 
 impl Rounds {
-    /// Plans [`ROUNDS`] rounds, or only one if the annealing has seen no peak of residuals. With many wrong
-    /// matches there may be no peak.
+    /// Plans [`ROUNDS`] rounds, or only one if the last pass of the annealing has seen no peak of residuals. With many
+    /// wrong matches there may be no peak.
+    ///
+    /// * `has_peak`: whether that pass has seen a peak.
     pub(super) fn after_annealing(has_peak: bool) -> Self {
         Self { random: Random::NEW, left: if has_peak { ROUNDS } else { 1 }, moved: false }
     }
 
     /// Runs one round. Returns a better pose and the step to it, rad; `None` if the round finds no better pose.
     ///
-    /// * `by`: weighting at the pose; `scale`: scale of the score, px; `prior`: prior information on the pose, 1/rad^2.
+    /// * `by`: weighting at the pose; `scale`: scale of the score, px; `prior`: information of a prior whose optimum is
+    ///   `pose`, 1/rad^2.
     pub(super) fn take<T: Scalar>(
         &mut self,
         pose: &RectifyingRotations<T>,
@@ -57,7 +60,8 @@ impl Rounds {
         (gain(by, &there, pairs, scale) > T::lit(PROPOSAL_GAIN)).then_some((moved, d))
     }
 
-    /// Returns the step to a pose that fits a sample better, rad. The residuals are linearised about the pose.
+    /// Returns the step to a pose that fits a sample better, rad; `None` if no proposal does. The residuals are
+    /// linearised about the pose.
     #[inline(never)]
     fn propose<T: Scalar>(
         &mut self,
@@ -72,7 +76,7 @@ impl Rounds {
     }
 }
 
-/// Returns whether a batch is so small that all of its correspondences are sampled.
+/// Returns whether a batch is small: it has at most [`SAMPLED`] usable correspondences, as many as a sample holds.
 ///
 /// * `usable`: number of usable correspondences.
 pub(super) fn is_small<T: Scalar>(usable: T) -> bool {
@@ -102,7 +106,8 @@ fn gain<T: Scalar>(from: &Weighting<T>, to: &Weighting<T>, pairs: &[RayPair<T>],
     })
 }
 
-/// Returns the step to the best of the proposed poses, rad; `None` if no proposal is better than the current pose.
+/// Returns the step to the best of the proposed poses, rad; `None` if no score exceeds that of the current pose by
+/// [`PROPOSAL_GAIN`].
 ///
 /// A pose fitted to a small sample is only near the pose that most correspondences fit, so its score is noisy if there
 /// are few correspondences. Steps to the nearby optimum therefore improve the best pose of each group.
@@ -129,7 +134,7 @@ fn best<T: Scalar>(
     best.step
 }
 
-/// The step of the highest score.
+/// Step with the highest score so far.
 struct Best<T> {
     score: T,
     /// Step, rad.
@@ -157,8 +162,8 @@ fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows
     }
 }
 
-/// Returns the step to the pose fitted to a random sample, rad. The prior determines the directions that the sample
-/// leaves free.
+/// Returns the step to the pose fitted to [`SAMPLE`] random rows, rad; `None` if no step exists. The prior determines
+/// the directions that the sample leaves free.
 fn through_sample<T: Scalar>(
     rows: &Rows<T>,
     prior: &Information<T>,
@@ -196,14 +201,15 @@ fn improved<T: Scalar>(
     d
 }
 
-/// Returns the sum of the Cauchy weights of squared residuals, px^2. The sum is a soft count of the correspondences
-/// that fit.
+/// Returns the sum of the Cauchy weights `1 / (1 + r^2 / scale^2)`, a soft count of the correspondences that fit.
+///
+/// * `squares`: squared residuals `r^2`, px^2; `scale`: px.
 fn score<T: Scalar>(squares: impl Iterator<Item = T>, scale: T) -> T {
     let unit = T::ONE / (scale * scale);
     squares.fold(T::ZERO, |sum, squared| sum + T::ONE / (T::ONE + squared * unit))
 }
 
-/// Returns the score of the pose after a step, rad.
+/// Returns the score of the pose after a step `d` from the pose of the rows, rad.
 #[inline(never)]
 fn score_after<T: Scalar>(rows: &Rows<T>, d: &Vector5<T>, scale: T) -> T {
     let residuals = rows.iter().map(|row| residual(row, d));
@@ -226,8 +232,8 @@ mod tests {
     use crate::algebra::symmetric5::Symmetric5;
     use std::vec::Vec;
 
-    /// Returns pixels of a level pair. The first `shifted` right pixels are moved by `across` px, perpendicular to the
-    /// rows.
+    /// Returns pixels of a level pair, whose rows are equal up to noise. The first `shifted` right pixels are moved by
+    /// `across` px, perpendicular to the rows.
     fn pixels(shifted: usize, across: f64) -> Vec<[f64; 4]> {
         let pixel = |i: usize| {
             let k = f64::from(u8::try_from(i).unwrap());
@@ -244,9 +250,9 @@ mod tests {
         (0..100).map(pixel).collect()
     }
 
-    /// Returns the numbers of matches with residuals below 2 px, out of 30, at the level pose and after the rounds from
-    /// that pose. Half of the matches fit a pose `away` px from the level pose; the row offsets of the other half are
-    /// scattered from 15 px to 201 px.
+    /// Returns the numbers of matches with residuals below 2 px, out of 30: at the level pose, and after the first
+    /// round that finds a better pose. Half of the matches have row offsets of `away` px at the level pose; the row
+    /// offsets of the other half are scattered from 15 px to 201 px.
     fn fit_after_rounds(away: f64) -> [usize; 2] {
         let shift = |i: usize| {
             let k = f64::from(u8::try_from(i % 7).unwrap());

@@ -16,7 +16,7 @@ pub(crate) struct ResidualStats<T> {
     pub(crate) skipped: T,
     /// Residuals within 2, 3, and 4 units of the loss.
     pub(crate) within: [T; 3],
-    /// Residuals within half a unit.
+    /// Residuals within half a unit, with an allowance for rounding ([`ResidualVariance::is_inner`]).
     pub(super) inner: T,
     /// Numbers of residuals within 2 units of the loss: of points clearly in front of the cameras, and of points
     /// clearly behind them.
@@ -29,10 +29,11 @@ pub(crate) struct ResidualStats<T> {
     pub(crate) screened: T,
     /// Sums of the squared row offsets of the screened correspondences at start and pose, unit depth.
     pub(crate) squares: [T; 2],
-    /// Numbers of correspondences in the separate class of high leverage ([`super::leverage::Leverage::is_separate`]),
-    /// with residuals below 2 units, and from 2 to 4 units.
+    /// Numbers of weighted correspondences in the separate class of high leverage
+    /// ([`super::leverage::Leverage::is_separate`]), with residuals below 2 units, and from 2 to 4 units.
     pub(super) high_leverage: [T; 2],
-    /// Sums of the truncated squared row offsets of all correspondences at start and pose, unit depth.
+    /// Sums of the truncated squared row offsets of the usable correspondences at start and pose, unit depth. A
+    /// correspondence behind a camera at the start counts there as truncated.
     pub(crate) cost: [T; 2],
 }
 

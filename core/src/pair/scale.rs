@@ -61,9 +61,10 @@ impl<T: Scalar> LevelCounts<T> {
         self.0
     }
 
-    /// Returns the peak at the smallest level that enough residuals are below. Their number must also be at least
-    /// [`PEAK_OVER_BESIDE`] times the number from this level to twice this level, and must exceed it by more than
-    /// chance.
+    /// Returns the peak at the smallest level with enough residuals below it: at least `needed`, and at least the part
+    /// [`PEAK_SHARE`] of the usable correspondences. Their number must also be at least [`PEAK_OVER_BESIDE`] times the
+    /// number from this level to twice this level, and must exceed it by more than chance ([`form_peak`]). `None` if no
+    /// level up to half of the last one meets these conditions.
     ///
     /// * `needed`: least number of residuals below the level; `usable`: number of usable correspondences.
     pub(super) fn peak(&self, needed: u16, usable: T) -> Option<Peak<T>> {

@@ -22,9 +22,10 @@ impl<T: Scalar> Schedule<T> {
     /// Returns the schedule after a pass of the annealing, and the noise for the polish, px, if the polish begins.
     ///
     /// The scale falls to the width of the peak or below before the polish begins. At a wider scale, two groups of
-    /// matches that fit different poses look like one peak between them.
+    /// matches that fit different poses look like one peak between them. Without a peak, the polish begins when the
+    /// next scale would be at most [`LEAST_SCALE_PX`].
     ///
-    /// * `scale`: scale of the pass, px; `peak`: width of the peak seen in the pass, px.
+    /// * `scale`: scale of the pass, px; `peak`: width of the peak seen in the pass, px; `None` without a peak.
     pub(super) fn after_annealing(scale: T, peak: Option<T>) -> (Self, Option<T>) {
         let is_wide = scale > T::lit(WIDE_SCALE_PX);
         let next = scale * T::lit(if is_wide { WIDE_ANNEALING } else { ANNEALING });

@@ -3,10 +3,12 @@
 //!
 //! A *search* starts far from the solution. It begins with an annealing: Geman-McClure's loss, whose first scale is
 //! twice the median residual at the start or more. The scale falls until it is at most the width of the peak that the
-//! residuals of inliers form, or, without a peak, until it is small. The polish follows: Tukey's biweight at the noise
-//! level, which each pass estimates until the estimate settles. If the annealing ends in doubt, a second start comes
-//! before the polish ([`Rounds`]). A *track* starts at a running estimate with its covariance. It widens the loss of
-//! each correspondence by the uncertainty of its predicted residual.
+//! residuals of inliers form. Without a peak it falls to about [`LEAST_SCALE_PX`]. The polish follows: Tukey's biweight
+//! at the noise level, which each pass estimates until the estimate settles. If the annealing ends without a clear peak
+//! ([`super::scale::Peak::is_doubtful`]), a second start comes before the polish ([`Rounds`]).
+//!
+//! A *track* starts at a running estimate with its covariance. It widens the loss of each correspondence by the
+//! uncertainty of its predicted residual.
 //!
 //! Time: at most the given number of passes. Memory: constant, in addition to the batch.
 
@@ -37,9 +39,9 @@ use crate::thresholds::{
 /// State of the second start of a search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Second {
-    /// The annealing has not ended in doubt so far.
+    /// No second start has begun.
     Possible,
-    /// The annealing has ended in doubt, and these rounds are next.
+    /// The annealing has ended without a clear peak, and these rounds are next.
     Begun(Rounds),
     /// The second start is over.
     Taken,
@@ -79,6 +81,7 @@ pub(crate) struct PairSolver<T: Scalar> {
     second: Second,
     /// Passes taken, without the evaluation.
     passes: u16,
+    /// Largest number of passes, without the evaluation.
     max_passes: u16,
     /// Reason for the end; `None` while steps are left.
     stop: Option<Stop>,
@@ -87,7 +90,7 @@ pub(crate) struct PairSolver<T: Scalar> {
 impl<T: Scalar> PairSolver<T> {
     /// Starts a search, with the prior of the configuration.
     ///
-    /// * `focal`: mean focal length, px; `max_passes`: largest number of passes, evaluation included.
+    /// * `focal`: mean focal length, px; `max_passes`: largest number of passes, evaluation included, at least 2.
     pub(crate) fn search(
         config: &Config,
         focal: T,
@@ -202,10 +205,10 @@ impl<T: Scalar> PairSolver<T> {
 
     /// Takes one step from the sums at the pose, then sets the next loss of the schedule.
     ///
-    /// The step `d` solves `(J + damping diag J) d = -(g + P m)`, where `J = H + P`, `P` is the prior information, and
+    /// The step `d` solves `(A + damping diag A) d = -(g + P m)`, where `A = H + P`, `P` is the prior information, and
     /// `m` the sum of the previous steps. At a fixed scale, a point of clearly higher cost is rejected, and the next
-    /// step from the best point has more damping. If no step exists, the solver ends with [`Stop::NoDescent`] at the
-    /// best pose.
+    /// step starts at the last accepted point with more damping. If no step exists, the solver ends with
+    /// [`Stop::NoDescent`] at the last accepted pose.
     #[inline(never)]
     fn step(&mut self, pass: &PassSums<T>, matches: usize) {
         self.passes = self.passes.saturating_add(1);
@@ -220,7 +223,8 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Returns to the best point, and takes a step with more damping if passes are left.
+    /// Returns to the last accepted point, and takes a step with more damping if passes are left. Ends the solver if
+    /// none are left, or if no step exists.
     fn go_back(&mut self, best: &Point<T>) {
         (self.iterate.pose, self.moved) = (best.pose, best.moved);
         self.descent.damp();
@@ -231,10 +235,10 @@ impl<T: Scalar> PairSolver<T> {
         }
     }
 
-    /// Takes the step from a point. Returns the step, rad, and the inverse of the damped information, rad^2; `None` if
-    /// no step exists. Without damping this inverse is the covariance of the pose.
+    /// Takes the step from the current pose. Returns the step, rad, and the inverse of the damped information, rad^2;
+    /// `None` if no step exists. Without damping this inverse is the covariance of the pose.
     ///
-    /// * `joint`: normal equations at the point, prior included.
+    /// * `joint`: normal equations at the current pose, prior included.
     fn take_step(&mut self, joint: &NormalEquations<T>) -> Option<(Vector5<T>, Symmetric5<T>)> {
         let factor = joint.information.0.factor(self.descent.damping)?;
         let d = -factor.solve(&joint.gradient);
@@ -243,7 +247,8 @@ impl<T: Scalar> PairSolver<T> {
         Some((d, factor.inverse()))
     }
 
-    /// Takes a step from `here`, and sets the next loss.
+    /// Takes a step from `here`, the point of the pass. Then sets the next loss, and ends the solver if it has
+    /// converged, if no step exists, or if no passes are left.
     fn descend(&mut self, pass: &PassSums<T>, here: Point<T>) {
         let Some((d, covariance)) = self.take_step(&here.joint) else {
             self.stop = Some(Stop::NoDescent);
@@ -320,8 +325,9 @@ impl<T: Scalar> PairSolver<T> {
         self.schedule.variance(self.iterate.noise)
     }
 
-    /// Sets the next scale of the annealing, or the next estimate of the noise. Returns whether the noise has settled.
-    /// If so, it keeps its value, so that the costs of passes can be compared.
+    /// Sets the next scale of the annealing, or the next estimate of the noise. Begins the second start if the
+    /// annealing ends without a clear peak and enough passes are left. Returns whether the noise has settled. If so, it
+    /// keeps its value, so that the costs of passes can be compared.
     fn tighten(&mut self, pass: &PassSums<T>) -> bool {
         let floor = self.iterate.noise_floor;
         let seen = pass.levels.peak(self.iterate.needed, pass.usable);

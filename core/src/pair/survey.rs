@@ -20,6 +20,8 @@ impl Random {
     pub(super) const NEW: Self = Self(1);
 
     /// Returns a number below `n`; `None` if `n` is 0.
+    ///
+    /// * `n`: at most 2^16.
     pub(super) fn below(&mut self, n: usize) -> Option<usize> {
         self.0 = self.0.wrapping_mul(MULTIPLIER);
         // Scales the high 16 bits from `0..2^16` to `0..n`. The low bits are not used, because their periods are short.
@@ -33,17 +35,18 @@ pub(super) fn scattered<T>(all: &[T]) -> impl Iterator<Item = &T> {
     scattered_over(all, SURVEYED)
 }
 
-/// Returns one value from each of at most `most` equal parts. The place within a part is pseudo-random, but the same
-/// for all slices of one length. With a fixed place, the sample could consist of outliers that recur at regular places.
+/// Returns one value from each of at most `most` parts of equal length; the last part may be shorter. The place within
+/// a part is pseudo-random, but the same for all slices of one length. With a fixed place, the sample could consist of
+/// outliers that recur at regular places.
 pub(super) fn scattered_over<T>(all: &[T], most: usize) -> impl Iterator<Item = &T> {
     let stride = all.len().div_ceil(most).max(1);
     let mut random = Random::NEW;
     all.chunks(stride).filter_map(move |part| part.get(random.below(part.len())?))
 }
 
-/// Returns the limit on leverage from the median share of the correspondences within Tukey's limit. A mean would follow
-/// outliers: in far scenes, the share of an outlier can be 20,000 times the median. `None` if the limit is not finite,
-/// or if no correspondence is within Tukey's limit.
+/// Returns the limit on leverage from the median share of the sampled correspondences within Tukey's limit. A mean
+/// would follow outliers: in far scenes, the share of an outlier can be 20,000 times the median. `None` if the limit is
+/// not finite, or if no sampled correspondence has both enough disparity and a residual within Tukey's limit.
 ///
 /// * `by`: weighting at the start; `covariance`: covariance of the pose, rad^2.
 pub(super) fn survey<'a, T: Scalar>(
@@ -131,7 +134,7 @@ mod tests {
         }
     }
 
-    /// A random sample stays within the limits on `percent`.
+    /// The limits on `percent` are so wide that a truly random sample passes, too.
     #[test]
     fn a_sample_follows_no_period() {
         for length in 33..1025_usize {

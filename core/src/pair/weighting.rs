@@ -22,7 +22,7 @@ pub(super) enum Loss<T> {
 pub(super) struct Weighting<T> {
     pub(super) pose: PoseTerms<T>,
     pub(super) loss: Loss<T>,
-    /// Limit on leverage; `None` if not known yet.
+    /// Limit on leverage; `None` if no limit is known.
     pub(super) leverage: Option<Leverage<T>>,
     /// Square of the focal length, px^2.
     pub(super) focal_squared: T,
@@ -60,7 +60,8 @@ impl<T: Scalar> Weighting<T> {
         ResidualVariance::of(self.noise_squared, grid_step)
     }
 
-    /// Returns the row of the normal equations for a correspondence, and the effect of the limit on leverage.
+    /// Returns the row of the normal equations for a correspondence, and the effect of the limit on leverage. The
+    /// effect is `None` if no limit is known.
     ///
     /// * `precision`: `f^2 / V`, px^2; `w`: weight from the loss, 1/px^2.
     #[inline(always)]

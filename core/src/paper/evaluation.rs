@@ -1,4 +1,4 @@
-//! Last pass over a pair in the published method. It sums for noise and information at the solution, and for the RMS
+//! Last pass over a pair in the published method: the sums that give noise and information at the solution, and the RMS
 //! row offsets at start and solution.
 
 use super::residual::linearised;
@@ -18,11 +18,11 @@ pub(super) struct Evaluation<T> {
     pub(super) inliers: u32,
     /// Sum of the squared row offsets, each clipped to the threshold.
     pub(super) clipped_squares: T,
-    /// Numbers of points clearly in front of the cameras and clearly behind them. All correspondences count, because
-    /// Huber's loss depends on all of them.
+    /// Numbers of points clearly in front of the cameras and clearly behind them. Outliers count too, because Huber's
+    /// loss depends on all correspondences.
     pub(super) sides: [u32; 2],
-    /// Number of row offsets within [`SCREEN`] thresholds at the solution, and sums of the squared row offsets of these
-    /// correspondences at start and solution.
+    /// Number of correspondences that have a row offset at the start, and one within [`SCREEN`] thresholds at the
+    /// solution; and sums of their squared row offsets at start and solution.
     pub(super) screened: u32,
     pub(super) squares_before: T,
     pub(super) squares_after: T,
@@ -32,8 +32,8 @@ impl<T: Scalar> Evaluation<T> {
     /// Returns the sums over a batch.
     ///
     /// * `threshold`: threshold of Huber's loss, at unit depth.
-    /// * `least`: least disparity, at unit depth, of a point clearly in front of the cameras. A point with the negative
-    ///   disparity or less is clearly behind them.
+    /// * `least`: least disparity, at unit depth, of a point clearly in front of the cameras. A point with a disparity
+    ///   of at most `-least` is clearly behind them.
     pub(super) fn over(
         pairs: &[RayPair<T>],
         start: &RectifyingRotations<T>,

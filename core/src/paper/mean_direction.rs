@@ -49,14 +49,15 @@ pub struct MeanDirection<T> {
 pub struct FusedEstimate<T: Scalar> {
     /// `R*`, `t*`.
     pub extrinsics: Extrinsics<T>,
-    /// Number of pairs in it.
+    /// Number of fused pairs.
     pub pairs: u32,
     /// Standard errors of the means, rad. The value for `R` includes the distance of `s* v*` from the mean rotation
     /// vector. With one pair they are the standard deviations of that pair.
     pub sd: StandardDeviations<T>,
     /// Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
     pub axis_concentration: T,
-    /// Whether the rotation is far enough from the identity and from a half turn to have an axis.
+    /// Whether the rotation has a meaningful axis: its angle is far enough from 0 and from a half turn, and
+    /// [`Self::axis_concentration`] is at least 0.9.
     pub axis_is_meaningful: bool,
 }
 
@@ -79,7 +80,7 @@ impl<T: Scalar> MeanDirection<T> {
         }
     }
 
-    /// Adds one pair in constant time. It checks nothing, because the gate has admitted the pair.
+    /// Adds one pair in constant time. The gate must have admitted the pair: this function does not check it.
     pub fn add(&mut self, report: &PairReport<T>) {
         if self.pairs == u32::MAX {
             return;
@@ -117,7 +118,8 @@ impl<T: Scalar> MeanDirection<T> {
         self.pairs
     }
 
-    /// Returns `R*`, `t*` of eqs 21, 22. `None` before the first pair, or if the directions cancel.
+    /// Returns `R*`, `t*` of eqs 21, 22. `None` before the first pair, if the directions cancel, or if the result
+    /// cannot be rectified.
     pub fn estimate(&self) -> Option<FusedEstimate<T>> {
         if self.pairs == 0 {
             return None;
@@ -146,8 +148,8 @@ impl<T: Scalar> MeanDirection<T> {
         })
     }
 
-    /// Returns the standard errors of the means: root of the sample variance over the number of pairs. The one of `R`
-    /// includes the bias.
+    /// Returns the standard errors of the means: root of the sample variance over the number of pairs. The value for
+    /// `R` includes the bias.
     ///
     /// * `n`: number of pairs.
     /// * `bias`: distance of central angle times mean axis from the mean rotation vector, rad.

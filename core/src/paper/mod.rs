@@ -13,10 +13,10 @@
 //! row `e_0` and the sixth parameter of the paper fix only the gauge.
 //!
 //! *Solver* (16 to 19). Huber weights `min(1, c_t / |e|)`; Levenberg-Marquardt `(H + lambda diag H) x = -g`. A step is
-//! kept only if the cost falls; a ray behind a camera costs as much as a row offset of 1. Nielsen's rule sets `lambda`
-//! within `DAMPING_FACTOR`. If the change of the cost is below its rounding, it is computed as `(g_0 + g_1) . x / 2`,
-//! exact for a quadratic (approximate Wolfe condition, Hager and Zhang). The information of `n` rows, `m` of them
-//! within `c_t`, is:
+//! kept only if the cost falls; a ray behind a camera costs as much as a row offset of 1. After a kept step, Nielsen's
+//! rule multiplies `lambda` by a factor within `DAMPING_FACTOR`. If the change of the cost is below its rounding, it is
+//! computed as `(g_0 + g_1) . x / 2`, exact for a quadratic (approximate Wolfe condition, Hager and Zhang). The
+//! information of `n` rows, `m` of them within `c_t`, is:
 //!
 //! ```text
 //! information = (sum over |e| <= c_t of J J^T, less disparity noise) m / (n variance)
@@ -29,13 +29,14 @@
 //! *Fusion* (20 to 22). `t* = normalize(sum t_k)`; `R* = exp([s* v*]x)` where `v*` is the normalised sum of the unit
 //! axes, and `s*` is the mean or median of the angles. All sums are compensated; all except the sum of the axes are of
 //! differences from the first pair. The median is exact over `MEDIAN_VALUES` angles; then it follows Robbins and Monro,
-//! `m += MEDIAN_STEP mad sign(x - m) / n`. The reported deviations are the standard errors of the means. Near `R = I`
-//! the axes are noise, and the estimate has `Reason::Axis`.
+//! `m += MEDIAN_STEP mad sign(x - m) / n`. The reported deviations are the standard errors of the means. If the axes
+//! are noise, as near `R = I`, or the angle is close to a half turn, the estimate has `Reason::Axis`.
 //!
-//! *Errata*, each with a test: (14) prints `J_0` with the opposite sign; (12) has `theta_l` for `theta_r`; (8) lacks a
-//! normalisation; the public code returns `+r_r1` for `t`; the text says "insufficiently" small and means sufficiently;
-//! (20), (23) break at 0 and pi, and `arccos` loses `f32`; (18) alone does not survive gross outliers; (12) with `e_0`
-//! at weight 1 lets outliers bend the gauge by up to 2.3e-4 rad; (3) exchanges `p_l` and `p_r`.
+//! *Errata*, 1 to 9 in this order, each with a test: (14) prints `J_0` with the opposite sign; (12) has `theta_l` for
+//! `theta_r`; (8) lacks a normalisation; the public code returns `+r_r1` for `t`; the text says "insufficiently" small
+//! and means sufficiently; (20), (23) fail at 0 and pi, where `arccos` loses the digits of `f32`; (18) alone does not
+//! survive gross outliers; (12) with `e_0` at weight 1 lets outliers bend the gauge by up to 2.3e-4 rad; (3) exchanges
+//! `p_l` and `p_r`.
 
 mod compensated;
 mod evaluation;
@@ -157,7 +158,8 @@ impl<T: Scalar> Paper<T> {
         if self.has_pairs() { State::Locked } else { State::Acquiring }
     }
 
-    /// Returns the estimate; `None` before the first pair, or if the directions cancel.
+    /// Returns the estimate; `None` before the first pair, if the directions cancel, or if the mean cannot be
+    /// rectified.
     pub(crate) fn proposal(&self) -> Option<Proposal<T>> {
         let estimate = self.fusion.estimate()?;
         Some(Proposal {

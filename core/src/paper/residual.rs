@@ -3,8 +3,8 @@
 //! Input: rays at unit depth, dimensionless. Output: the difference `e_i = v_l - v_r` of the rectified rays,
 //! dimensionless; times the focal length it is in pixels. Departures from the paper, each with a test:
 //! - The five unknowns are the turns of `R` (3) and of the baseline (2), and not the turns of `R_l` and `R_r`. The
-//!   steps are the same. With these unknowns the columns of the Jacobian are not nearly parallel in far scenes, which
-//!   `f32` needs, and the information belongs to `R` and `t`.
+//!   steps are the same. With the unknowns of the paper, the columns of the Jacobian are nearly parallel in far scenes,
+//!   which `f32` does not resolve. With these unknowns they are not, and the information belongs to `R` and `t`.
 //! - The step keeps eq 8, so the row `e_0` and the sixth unknown are not needed.
 //! - A ray of rectified depth below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH) is skipped and counted; the paper
 //!   divides by this depth.
@@ -25,8 +25,8 @@ pub(crate) struct Row<T> {
     pub(crate) jacobian: [T; 5],
 }
 
-/// Returns `e_i` and its derivatives by the unknowns of [`RectifyingRotations::stepped`]; `None` if a ray lies behind
-/// the rectified plane.
+/// Returns `e_i` and its derivatives by the unknowns of [`RectifyingRotations::stepped`]; `None` if a rectified depth
+/// is below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH).
 #[inline(always)]
 pub(crate) fn linearised<T: Scalar>(
     rotations: &RectifyingRotations<T>,
@@ -51,7 +51,8 @@ pub(crate) struct RectifiedPair<T> {
 }
 
 impl<T: Scalar> RectifiedPair<T> {
-    /// Returns the rectified correspondence; `None` if a ray lies behind the rectified plane.
+    /// Returns the rectified correspondence; `None` if a rectified depth is below
+    /// [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH).
     #[inline(always)]
     pub(crate) fn of(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<Self> {
         let (l, r) = (rotations.left().matrix(), rotations.right().matrix());

@@ -112,7 +112,7 @@ impl<T: Scalar> HuberSolver<T> {
     }
 
     /// Takes one more pass: one trial step, which is kept only if the cost falls. Returns the reason once the solver
-    /// has stopped.
+    /// has stopped; further calls do nothing else.
     #[inline(never)]
     pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         if self.stop.is_none() {
@@ -154,8 +154,8 @@ impl<T: Scalar> HuberSolver<T> {
             let small = d.amax() <= self.tolerance;
             return self.reject().or(small.then_some(Stop::NoDescent));
         }
-        // Compares the predicted change of the cost with the squared residuals, so the limit does not depend on noise
-        // and scene.
+        // The slope along the step is about twice the predicted change of the cost. It is compared with the squared
+        // residuals, so the limit does not depend on noise and scene.
         let negligible = -slope_here <= T::EPSILON * at_trial.squares;
         let undamped = self.damping <= T::lit(LOOSE_DAMPING);
         self.accept(pose, at_trial, change / (slope_here * T::HALF));
@@ -187,8 +187,9 @@ impl<T: Scalar> HuberSolver<T> {
     ///
     /// # Errors
     /// [`Rejection::NoConsensus`] if too few correspondences are within the Huber threshold; [`Rejection::Behind`] if
-    /// more than half as many points are behind the cameras as in front; [`Rejection::Unobservable`] if the
-    /// correspondences leave a direction free, or if the baseline has turned towards an optical axis.
+    /// at least 8 points, and more than half as many as in front, are behind the cameras;
+    /// [`Rejection::Unobservable`] if the correspondences leave a direction free, if their disparities may be mostly
+    /// noise, or if the baseline has turned towards an optical axis.
     #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
         let extrinsics = self.pose.extrinsics().map_err(|_| Rejection::Unobservable)?;
@@ -269,7 +270,8 @@ impl<T: Scalar> Pass<T> {
         total
     }
 
-    /// Returns the rounding error of the cost: of the residuals, which are at unit depth, and of their sum.
+    /// Returns the rounding error of the cost. One part is the rounding of the residuals, which are differences of
+    /// numbers of the size 1; the other part is the rounding of the sum.
     fn cost_rounding(&self) -> T {
         T::lit(COST_ULPS) * T::EPSILON * (self.squares.sqrt() + self.cost)
     }

@@ -57,7 +57,7 @@ pub(super) fn seal(record: &mut [u8]) {
     }
 }
 
-/// Reader of the content of a record, whose length and checksum have been checked.
+/// Reader of the words of a record, up to its checksum.
 #[derive(Clone)]
 pub(super) struct Reader<'a> {
     pub(super) rest: &'a [u8],
@@ -90,7 +90,7 @@ impl<'a> Reader<'a> {
         }
     }
 
-    /// Returns whether the numbers that follow are within their ranges.
+    /// Returns whether the numbers that follow are within their ranges. Does not advance the reader.
     #[inline(never)]
     pub(super) fn is_within(&self, ranges: &[Range]) -> bool {
         let mut ahead = self.clone();
@@ -99,7 +99,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Reads a word; returns 0 beyond the end, which the checked length excludes.
+    /// Reads a word. Returns 0 beyond the end, which a reader of a record of the right length does not reach.
     #[inline(never)]
     pub(super) fn word(&mut self) -> u32 {
         let Some((word, rest)) = self.rest.split_first_chunk() else { return 0 };

@@ -1,8 +1,8 @@
 //! Records that outlast a loss of power: the factory calibration, and the state of a calibrator as a prior.
 //!
 //! `FORMAT.md` defines the bytes of both. Numbers are `f32`, also for a calibrator in `f64`. A record is refused as a
-//! whole if it is damaged, of another kind, layout or rig, or beyond the correction limit, or if a number is out of its
-//! range.
+//! whole if it is damaged, of another kind, layout or rig, or beyond what the configuration allows, or if a number is
+//! out of its range.
 
 mod codec;
 pub(crate) mod factory;

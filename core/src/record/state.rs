@@ -45,8 +45,8 @@ const VIBRATION: f32 = single(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
 const ABOUT: [Range; 2] = [(3, -PI, PI), (3, -UNIT, UNIT)];
 /// Ranges of the numbers of [`Learned::numbers`].
 const LEARNED: [Range; 15] = [
-    // Information, 1/rad^2: enough for a million pairs of a thousand matches. The configuration changes neither this
-    // range nor the ranges below.
+    // Information, 1/rad^2, gradient, 1/rad, and noise of disparities, 1/rad^2: enough for a million pairs of a
+    // thousand matches. The configuration changes neither this range nor the ranges below.
     (15 + 2 + 3, -1e15, 1e15),
     (30, -MAX_RESPONSE, MAX_RESPONSE),
     (1, 0.0, CHI_SQUARE),
@@ -67,10 +67,10 @@ const LEARNED: [Range; 15] = [
     (1, -MAX_YAW, MAX_YAW),
 ];
 
-/// Words before the learnt numbers: fingerprint, generation, pairs, two calibrations with their corrections, and the
-/// pose.
+/// Number of words between the header and the learnt numbers: fingerprint, generation, pairs, two calibrations with
+/// their corrections, and the pose.
 const WORDS: usize = 3 + 3 * 6 + 2 * 2;
-/// Length of a record.
+/// Length of a record, bytes.
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * WORDS + bytes_of(&LEARNED);
 const _: () = assert!(BYTES <= 400);
 
@@ -89,8 +89,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Returns the calibration in use and the estimate as a record, for storage that survives a loss of power.
     ///
     /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and the knowledge of lens and mount.
-    /// The record omits cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the
-    /// window of the change detection, and the estimate of the paper preset.
+    /// The record also has the calibration for [`Calibrator::undo`], the generation, and whether the calibrator is
+    /// frozen. It omits cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the
+    /// window of the change detection, the image halves, and the estimate of the paper preset.
     #[must_use]
     pub fn snapshot(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];
@@ -136,8 +137,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.write(learned, record);
         let numbers = record.get(HEADER_BYTES + 4 * WORDS..);
         if !numbers.is_some_and(|rest| Reader { rest }.is_within(&LEARNED)) {
-            // An estimate out of the ranges, for instance from wrong matches, is not kept. With it the record would be
-            // refused.
+            // A learnt number is out of its range, for instance because of wrong matches. The record would be refused,
+            // so it keeps nothing learnt.
             *learned = Learned::nothing();
             self.write(learned, record);
         }
@@ -145,7 +146,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Restores the calibration in use and the estimate from a record, and forgets everything learnt before. The
     /// restored estimate is [`crate::State::Suspect`] until a pair confirms it, because the rig may have changed in the
-    /// meantime.
+    /// meantime. A calibrator that was frozen at the snapshot is frozen again.
     ///
     /// # Errors
     /// [`RestoreError`]; the calibrator is in the state after [`Calibrator::reset`].
@@ -181,7 +182,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.has_lens(&self.estimator.context(&self.config, &self.factory))
     }
 
-    /// Reads a record and takes up its estimate.
+    /// Reads a record and takes up its estimate; returns whether there is a record.
     #[inline(never)]
     fn resume(&mut self, read: &mut Read<'_, Self, T>) -> Result<bool, RestoreError> {
         let mut learned = Learned::nothing();

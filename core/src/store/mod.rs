@@ -7,8 +7,8 @@
 //!   that is lost is reported and learnt again.
 //!
 //! Flash: any [`NorFlash`] with words of up to 512 bytes. Erased words may read as ones or as zeros (STM32L0), or fail
-//! to be read until they are written (LPC55, with ECC). No word is written twice, except behind a torn record in flash
-//! that cannot be read before it is written.
+//! to be read until they are written (LPC55, with ECC). No word is written twice between two erasures, except behind a
+//! torn record in flash that cannot be read before it is written.
 //!
 //! # Ranges
 //!
@@ -32,12 +32,13 @@
 //! | [`Store::save`] | the next slot, twice | the slot; an erasure once a block |
 //! | [`Store::save_factory`] | both copies, twice; three times without an intact copy | both copies, two erasures |
 //!
-//! Each access has at most 512 bytes, the largest slot.
+//! Each read or write has at most 512 bytes, the largest slot. Without a record, a load also reads the first slots of
+//! the blocks again, to distinguish empty flash from damage.
 //!
 //! # A new layout
 //!
 //! A firmware with another layout refuses both records with [`RestoreError::Layout`]. The state is learnt again, and
-//! the next save overwrites it. The factory calibration is not overwritten: the firmware asks for it again
+//! the next save replaces it. The factory calibration is not replaced: the firmware asks for it again
 //! ([`Store::save_factory`]), or reads it with the version of this crate that wrote it.
 
 mod policy;
@@ -156,18 +157,19 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         factory: &FactoryCalibration<T>,
     ) -> Result<(), StoreError<F::Error>> {
         // `find` makes the first save write the damaged or older copy. If that save fails, the next call writes the
-        // same copy again, and does not erase the intact copy before.
+        // same copy again, and the intact copy is erased only after that.
         self.factory.find(&mut self.flash);
         let mut write = |record: &mut [u8]| factory.write(record);
         self.factory.save(&mut self.flash, &mut write)?;
         self.factory.save(&mut self.flash, &mut write)
     }
 
-    /// Restores the newest state after a start; returns whether there was a state.
+    /// Restores the newest state after a start; returns whether there was a state. If there was a state, restored or
+    /// lost, the next save waits for the interval of the policy.
     ///
     /// # Errors
     /// [`RestoreError`]: the state is lost, and the calibrator is in the state after [`Calibrator::reset`].
-    /// [`RestoreError::Damaged`] is also returned if the flash holds content but no record.
+    /// [`RestoreError::Damaged`] is also returned if the flash holds content but no intact record.
     #[inline(never)]
     pub fn resume<const N: usize>(
         &mut self,

@@ -12,19 +12,21 @@ use crate::state::State;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum SaveReason {
-    /// The calibrator is locked, and the last save, if any, was of an unlocked state.
+    /// The calibrator is locked, and nothing has been saved yet, or the last save was of an unlocked state. A restart
+    /// counts as a save of a locked state if an estimate was restored, and of an unlocked state otherwise.
     Locked,
-    /// The calibration in use has changed.
+    /// The calibration in use has changed since the last save or restart.
     InUse,
     /// The locked estimate has moved in `R` or in `t` by more than its standard deviation and by more than 8.7e-4 rad
-    /// (0.05 degrees), or a witness has moved the yaw. The saved estimate would fit the next pair worse.
+    /// (0.05 degrees), or the known yaw of the mount has moved by more than 8.7e-4 rad. The saved estimate would fit
+    /// the next pair worse.
     Moved,
     /// The locked estimate has another number of pairs than at the last save, and that save is [`SavePolicy::OVERDUE`]
     /// intervals old.
     Overdue,
 }
 
-/// State of the calibrator at the last save.
+/// State of the calibrator at the last save or restart.
 #[derive(Debug, Clone, Copy)]
 struct Saved<T: Scalar> {
     was_locked: bool,
@@ -153,7 +155,7 @@ impl<T: Scalar> SavePolicy<T> {
     }
 }
 
-/// Returns the estimate that a record keeps.
+/// Returns the place of the estimate that a record keeps; `None` without such an estimate.
 #[inline(never)]
 fn place<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Place<T>> {
     let estimator = &calibrator.estimator;

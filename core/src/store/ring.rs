@@ -72,7 +72,7 @@ impl Ring {
     /// Loads the newest record; returns whether there is one.
     ///
     /// # Errors
-    /// [`RestoreError::Damaged`] if there is content, but no intact record.
+    /// [`RestoreError::Damaged`] if there is content in the first slot of a block, but no intact record.
     #[inline(never)]
     pub(super) fn load<F: NorFlash>(
         &mut self,

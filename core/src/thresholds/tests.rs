@@ -1,4 +1,5 @@
-//! Writes the table of thresholds in the derivation from their doc comments.
+//! Checks the table of thresholds in the derivation (`ESTIMATOR.md`) against their doc comments. With the environment
+//! variable `UPDATE_EXPECT`, writes the table.
 
 extern crate std;
 

@@ -33,7 +33,7 @@ impl Machine {
         }
     }
 
-    /// Compiler flags. The target is made for the Cortex-M4F.
+    /// Compiler flags for the core. `None` for the Cortex-M4F, for which the target is made.
     #[must_use]
     pub fn rustflags(self) -> Option<&'static str> {
         match self {

@@ -1,6 +1,6 @@
 // Sends the frames of the store as bytes of an AXI4-Stream, with both CRCs.
 //
-// The first byte of every frame is the same, so the frame is chosen, and kept, once the sink takes this byte.
+// The first byte of every frame is the same, so the frame is chosen, and kept, only once the sink starts on this byte.
 module selfcal_reader #(
     parameter int MATCHES = 254
 ) (
@@ -33,7 +33,7 @@ module selfcal_reader #(
 
     logic        start_over;
     logic [3:0]  at;
-    logic [15:0] left;       // records, from word 2 on
+    logic [15:0] left;       // records not begun yet
     logic        header_crc; // bytes 28 to 31
     logic        tail;       // the CRC at the end
     logic [31:0] crc, crc_next;

@@ -33,7 +33,8 @@ module selfcal_spi (
             {bits, real_byte, armed} <= '0;
             shift <= '1;
         end else if (!selected) begin
-            // Arms the output between transactions: after a reset within a transaction its rest is idle.
+            // Arms the output between transactions. After a reset within a transaction, the output is idle until the
+            // transaction ends.
             armed <= 1'b1;
             bits <= '0;
             real_byte <= valid && !ready;

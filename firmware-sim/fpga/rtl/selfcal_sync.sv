@@ -1,4 +1,4 @@
-// One bit into another clock domain: two flip-flops, from reset low.
+// Takes one bit into another clock domain, by two flip-flops, which are 0 after a reset.
 module selfcal_sync (
     input  logic clk,
     input  logic rst,

@@ -1,4 +1,5 @@
-// The Verilated bench behind four C functions. It is compiled once for each size, which defines MODEL and NAME(x).
+// The Verilated bench behind three C functions. It is compiled once for each size, with MODEL_HEADER, MODEL and NAME(x)
+// defined for that size.
 #include MODEL_HEADER
 
 struct Inputs {

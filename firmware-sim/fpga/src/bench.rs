@@ -1,4 +1,4 @@
-//! The framer between its clocks: a matcher that drives its stream, and the output bytes.
+//! Test bench of the framer: drives its clocks and its stream of matches, and collects the bytes that it sends.
 
 use std::collections::VecDeque;
 
@@ -165,7 +165,7 @@ impl Bench {
         self.random.to_be_bytes()[0] < self.stalls[side]
     }
 
-    /// Offers the next beat, unless a beat is offered. The header changes once the last frame is whole.
+    /// Offers the next beat, unless a beat is offered already. The header changes once the previous frame is whole.
     fn offer(&mut self) {
         let Some(beat) = self.beats.front().filter(|_| !self.inputs.s_valid) else { return };
         if beat.header != self.header {

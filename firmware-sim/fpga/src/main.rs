@@ -52,8 +52,10 @@ fn main() -> ExitCode {
     }
 }
 
+/// Calibrates the rig of a set from the pins and from the bytes of the same frames, and compares the results.
+///
 /// # Errors
-/// If the set cannot be read, a frame is not received, or a bit differs.
+/// If the set cannot be read, a frame does not fit or is not received, an estimate is not applied, or a bit differs.
 fn run(set: &str) -> Result<()> {
     let set = Dataset::load(&Dataset::shipped().join(set))?;
     let sender = Sender::of(&set)?;
@@ -95,7 +97,7 @@ fn run(set: &str) -> Result<()> {
     Ok(())
 }
 
-/// The frame behind its bytes.
+/// Splits the bytes of a frame into its header and its records.
 fn found(bytes: &[u8]) -> Result<Found> {
     let (header, rest) = bytes.split_first_chunk().context("a header")?;
     let header = FrameHeader::decode(header)?;

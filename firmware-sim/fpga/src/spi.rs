@@ -12,7 +12,7 @@ use crate::bench::Bench;
 /// Half a period of SCK: four cycles of the clock that samples it.
 const HALF_SCK: u64 = 32;
 
-/// Clocks `bits` of a transfer, with chip select low.
+/// Clocks `bits` of a transfer, with chip select low. Returns the bits that were read.
 fn clock_bits(bench: &mut Bench, bits: u32) -> u8 {
     let mut byte = 0;
     for _ in 0..bits {

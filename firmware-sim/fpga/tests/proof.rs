@@ -10,7 +10,7 @@ use stereo_selfcal::link::{FrameHeader, MatchRecord};
 
 const CAPACITY: usize = Size::Small.matches();
 
-/// A frame of any content: without matches, with one, a few, all, or more than fit.
+/// A frame of any content: without matches, with one, with a few, with as many as fit, or with more.
 fn any_frame(rng: &mut ChaCha8Rng, sequence: u32) -> Found {
     let counts = [0, 1, rng.random_range(2..8), CAPACITY, CAPACITY + rng.random_range(1..20)];
     let count = counts[usize::from(rng.random_range(0..5_u8))];
@@ -46,7 +46,7 @@ struct Check {
 }
 
 impl Check {
-    /// Compares all whole frames; the remaining bytes are the start of one.
+    /// Compares all whole frames, and the remaining bytes with the start of a frame.
     fn compare(&mut self, bytes: &[u8]) {
         while let Some(header) = bytes[self.at..].first_chunk() {
             let header = FrameHeader::decode(header).expect("a frame follows the other directly");

@@ -1,4 +1,4 @@
-//! A measurement against a committed table.
+//! Compares a measurement with a committed table.
 
 use std::fmt;
 

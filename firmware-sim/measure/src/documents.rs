@@ -1,7 +1,7 @@
 //! The figures of the newest table in the documents of the repository.
 //!
-//! A row of a document is known by its label, the first cell. The cells behind it are replaced, up to as many as the row
-//! has here; the rest of the line stays.
+//! A row of a document is found by its label, the first cell. The cells behind the label are replaced, as many as the
+//! row has in this module. The rest of the line stays.
 
 use std::path::Path;
 use std::{fs, iter};
@@ -210,7 +210,7 @@ impl Figures<'_> {
         columns.iter().map(of).collect()
     }
 
-    /// Deepest stack of any call of a board in `f32`, at both optimisations.
+    /// Deepest stack of any call of a board in `f32`, over both optimisations.
     fn stack(&self, board: &str) -> Result<String> {
         let is_stack = |row: &&Row| {
             let [of, scalar, _, what] = row.key();

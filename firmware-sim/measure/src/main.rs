@@ -97,7 +97,7 @@ fn main() -> ExitCode {
 fn run(args: &Args) -> Result<()> {
     let default = || compile::root().join("firmware-sim/measure/costs");
     let folder = args.table.clone().unwrap_or_else(default);
-    // Fail before minutes of builds.
+    // Read first, so that a missing table is an error before minutes of builds.
     let committed = args.check.then(|| table::read_all(&folder)).transpose()?;
     let repeat = usize::from(args.repeat);
     let boards = args.board.map_or_else(|| Board::ALL.to_vec(), |board| vec![board]);

@@ -31,7 +31,7 @@ impl Board {
         }
     }
 
-    /// Compiler flags. The target is made for the Cortex-M4F.
+    /// Compiler flags for the core. `None` for the Cortex-M4F, for which the target is made.
     pub(crate) fn rustflags(self) -> Option<&'static str> {
         match self {
             Self::CortexM4F => None,

@@ -2,7 +2,7 @@
 
 use cortex_m::interrupt::InterruptNumber;
 
-/// Priority bits of the controller.
+/// Number of priority bits of the interrupt controller.
 pub const NVIC_PRIO_BITS: u8 = 3;
 
 /// Number of vectors, up to the last interrupt.

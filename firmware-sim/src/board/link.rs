@@ -14,7 +14,7 @@ use super::{Timer, Uart};
 /// Timeout of the sender, ticks: one minute.
 const TIMEOUT: u32 = 60 * Timer::HZ;
 
-/// Why a read failed.
+/// Why an access to the line failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Error, defmt::Format)]
 pub enum LinkError {
     /// No byte came for a minute.
@@ -46,6 +46,8 @@ pub struct Link {
 }
 
 impl Link {
+    /// A line over the UART. Its timeout begins now.
+    ///
     /// * `timer`: timer of [`Timer::start`].
     #[must_use]
     pub fn new(uart: Uart, timer: Timer) -> Self {

@@ -50,7 +50,7 @@ impl Timer {
         Self { registers }
     }
 
-    /// Current count of ticks. Wraps around.
+    /// Number of ticks since the start of a timer of [`Timer::start`]. Wraps around.
     #[must_use]
     pub fn ticks(&self) -> u32 {
         !self.registers.value.get()

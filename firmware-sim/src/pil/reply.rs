@@ -26,6 +26,8 @@ pub struct SessionReply {
 impl SessionReply {
     const MAGIC: [u8; 4] = *b"SCPG";
 
+    /// A reply to a request.
+    ///
     /// * `refused`: the error of the request, if it is refused.
     /// * `capacity`: correspondences per pair that fit the batch of the controller.
     #[must_use]
@@ -151,7 +153,7 @@ impl PairReply {
         Self {
             magic: Self::MAGIC,
             sequence: sequence.into(),
-            // A batch holds 65535 at most.
+            // A batch holds at most 16384 correspondences.
             taken: u16::try_from(taken).unwrap_or(u16::MAX).into(),
             outcome: outcome(&pair.outcome).into(),
             state: calibrator.state().code().into(),
@@ -289,6 +291,8 @@ pub struct EndReply {
 impl EndReply {
     const MAGIC: [u8; 4] = *b"SCPE";
 
+    /// The calibration in use of a calibrator.
+    ///
     /// * `refused`: the error of applying the estimate, if there is one.
     #[must_use]
     pub fn new<const N: usize>(

@@ -52,7 +52,7 @@ fn normalised_errors(summary: &Summary) -> Option<[f64; 2]> {
 
 /// Prints the health over the last pair for an operator.
 ///
-/// * `when`: the extrinsics in use.
+/// * `when`: text that names the extrinsics in use.
 pub(super) fn health(
     out: &mut impl Write,
     when: &str,

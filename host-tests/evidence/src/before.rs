@@ -23,7 +23,8 @@ struct Before {
     e_theta: f64,
 }
 
-/// Figures of the rivals that are at least as good as before, and all recorded figures that are measured now.
+/// Number of the rivals' figures that are at least as good as before, and number of the recorded figures that are also
+/// measured now.
 ///
 /// # Errors
 /// If the record is damaged.

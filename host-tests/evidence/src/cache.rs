@@ -13,7 +13,7 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-/// Finished cells, in a file.
+/// Finished measurements (cells), in a file.
 #[derive(Debug)]
 pub struct Cache {
     path: PathBuf,
@@ -49,7 +49,7 @@ impl Cache {
         Ok(Self { path, build, known, file: Mutex::new(file) })
     }
 
-    /// The outcome of a cell that was measured before this cache was opened.
+    /// The outcome of a cell that this build measured before the cache was opened.
     #[must_use]
     pub fn get(&self, cell: &str) -> Option<&Value> {
         self.known.get(cell)

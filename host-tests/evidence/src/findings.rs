@@ -21,7 +21,7 @@ pub struct Request {
     pub methods: Vec<String>,
     /// Number of trials.
     pub effort: Effort,
-    /// Number of settings of each method on the recordings.
+    /// Settings of each method on the recordings: all, or a few.
     pub settings: Range,
     /// Whether to draw disparities and spheres.
     pub pictures: bool,
@@ -46,7 +46,7 @@ pub(super) struct Findings<'a> {
 }
 
 impl Findings<'_> {
-    /// Index of our method among the variants of the recordings, and indices of its rivals.
+    /// Indices of our method with its settings among the variants of the recordings, and indices of its rivals.
     pub(super) fn sides(&self) -> [Vec<usize>; 2] {
         [verdict::of_method(self.variants, OURS), verdict::rivals(self.variants)]
     }

@@ -45,7 +45,8 @@ pub struct Evaluated {
     pub counts: MeasurementCounts,
     /// Number of the rivals' figures at least as good as before their settings were varied, and of all.
     pub not_weakened: [usize; 2],
-    /// Cells on the recordings in which ours has a smaller error than the best rival; ties; losses.
+    /// Numbers of cells on the recordings in which the robust preset has a smaller error than the best rival, in which
+    /// they tie, and in which it has a larger one.
     pub cells: [usize; 3],
 }
 

@@ -6,10 +6,10 @@ use stereo_selfcal::geometry::RectifyingRotations;
 
 use host_tests::data::Rays;
 
-/// RMS over points, at unit depth: times the focal length, px. Infinite if the estimate puts a point behind a camera.
+/// RMS over points, at unit depth: times the focal length, px.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offsets {
-    /// Vertical offset between the two rectified images.
+    /// Vertical offset between the two rectified images. Infinite if the estimate puts a point behind a camera.
     pub row: f64,
     /// Distance, in each image, from the reprojection of the point that best fits both.
     pub reprojection: f64,

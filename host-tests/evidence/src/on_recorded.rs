@@ -1,4 +1,4 @@
-//! Cells on recorded data: one method with its settings, one data set, one view.
+//! Measurements on recorded data: one method with its settings, one data set, one view.
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
@@ -11,7 +11,7 @@ use host_tests::data::Rays;
 use host_tests::stats::median;
 use rivals::Variant;
 
-/// Fewest matches for the five unknowns.
+/// Fewest matches of a gated fit, which has five unknowns.
 const FEW: usize = 12;
 
 /// `[e_t, e_theta]`, rad.
@@ -106,7 +106,7 @@ impl Quantity {
         usize::from(matches!(self, Self::ErrorTheta | Self::SigmaTheta))
     }
 
-    /// `None` if fewer than half of the single pairs have an estimate.
+    /// This figure of a method. A figure of single pairs is `None` if fewer than half of them have an estimate.
     #[must_use]
     pub fn of(self, errors: &Errors) -> Option<f64> {
         let pair = match self {

@@ -67,7 +67,7 @@ impl Measurement for Run<'_> {
     }
 }
 
-/// Methods over a step, in their order.
+/// Step responses of the methods, in their order.
 ///
 /// # Errors
 /// If the cache cannot be written.

@@ -21,10 +21,10 @@ use rivals::{Front, Setting, Tuning, Variant};
 /// Seed of the first scene of every point.
 const SEED: u64 = 9_900_000;
 
-/// Scenes of one measurement.
+/// Largest number of scenes of one measurement.
 const CHUNK: usize = 25;
 
-/// Share of outliers when another parameter is varied, except for the two curves of noise.
+/// Share of outliers when pairs, depth or band are varied.
 const OUTLIERS: f64 = 0.1;
 
 /// Farthest over nearest point, when the depth is varied.

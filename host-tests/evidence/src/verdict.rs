@@ -102,7 +102,7 @@ fn cell<'a>(
     Some(Cell { row, quantity, ours, rival, outcome })
 }
 
-/// Geometric mean of the rival's error over ours.
+/// Geometric mean of the rival's error over ours, over the cells in which both have an estimate.
 #[must_use]
 pub fn mean_ratio<'a>(cells: impl Iterator<Item = &'a Cell<'a>>) -> Option<f64> {
     geometric_mean(cells.map(Cell::ratio).filter(|ratio| ratio.ln().is_finite()))

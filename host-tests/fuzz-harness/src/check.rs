@@ -38,7 +38,7 @@ fn check_correction(correction: LensCorrection<f32>) {
     assert!(correction.focal.is_finite() && correction.k1.is_finite(), "{correction:?}");
 }
 
-/// The calibration in use has cameras in range, the left one as given.
+/// Checks that the extrinsics in use are valid, and that the left camera in use is as given.
 pub(super) fn check_in_use(calibrator: &Target, factory: &FactoryCalibration<f32>) {
     let in_use = calibrator.in_use();
     check_extrinsics(&in_use.extrinsics);

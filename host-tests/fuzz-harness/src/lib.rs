@@ -33,7 +33,7 @@ pub enum Call {
     Push([f32; 6]),
     /// A correspondence that roughly fits a rig: `u`, `v`, disparity, row offset.
     PushPlausible([u8; 4]),
-    /// Twelve or more such correspondences at once, so that pairs are solved.
+    /// Twenty such correspondences at once, so that pairs are solved. Only the result of the last one counts.
     PushMany([u8; 24]),
     /// A whole `solve_pair`.
     Solve,
@@ -43,17 +43,17 @@ pub enum Call {
     Apply,
     /// Undoes the last apply.
     Undo,
-    /// Freezes or thaws the calibrator.
+    /// Freezes the calibrator, or releases it.
     Freeze(bool),
-    /// Health of both calibrations.
+    /// Reads the health.
     Health,
-    /// Forgets the batch.
+    /// Abandons the pair and empties the batch.
     Clear,
-    /// Forgets everything.
+    /// Resets the calibrator.
     Reset,
-    /// Any bits as cameras and lens.
+    /// Any bits as intrinsics and lens, with the kind of the lens and the image size.
     SetCameras([f32; 9], u8, [u16; 2]),
-    /// Usable cameras with any lens coefficients near the usual.
+    /// Usable intrinsics, with lens coefficients in hundredths; whether the lens is a fisheye or rational one.
     SetUsualCameras([i8; 5], bool),
     /// Any bits as extrinsics.
     SetFactory([f32; 12]),
@@ -150,7 +150,8 @@ fn config(input: &mut Unstructured<'_>) -> (Config, bool, bool) {
 
 type Proposed = (Extrinsics<f32>, LensCorrection<f32>, StandardDeviations<f32>, u32);
 
-/// State that a refusal must not change. Refused pairs may make the estimate suspect, but not another one.
+/// State that a refused call must not change. A refused pair may make the estimate suspect, but `State` is not part of
+/// this.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Kept {
     proposed: Option<Proposed>,
@@ -159,7 +160,7 @@ struct Kept {
 }
 
 impl Kept {
-    /// Whether another state equals this one with deviations as large or larger, because a pair that disagrees may show
+    /// Whether `after` equals this state, except that its deviations may be larger: a pair that disagrees may show
     /// vibration.
     fn is_kept_or_wider_in(&self, after: &Self) -> bool {
         let (Some((_, _, sd, _)), Some((_, _, wider, _))) = (&self.proposed, &after.proposed)
@@ -183,7 +184,7 @@ fn state(calibrator: &Target) -> Kept {
     }
 }
 
-/// Whether the call was refused.
+/// Performs a call; returns whether it was refused.
 fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
     match call {
         Call::Push([a, b, c, d, score, grid_step]) => {
@@ -196,7 +197,7 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
             let held = calibrator.batch().pairs().len();
             let pushed = calibrator.push(&c);
             let added = usize::from(pushed == Ok(Pushed::Kept));
-            // The first call after a pair starts a new batch.
+            // The first push after a pair starts a new batch.
             let now = calibrator.batch().pairs().len();
             assert!(now == held + added || now == added, "{pushed:?}");
             pushed.is_err()
@@ -275,7 +276,7 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
     }
 }
 
-/// Inputs of calibrators.
+/// Inputs that a new calibrator is made from.
 struct Made {
     config: Config,
     robust: bool,
@@ -298,7 +299,7 @@ impl Made {
     }
 }
 
-/// Takes the pair of the batch, and checks its result.
+/// Solves and fuses the pair of the batch, and checks the result. `Err` if the pair is not fused.
 fn solve(calibrator: &mut Target, robust: bool) -> Result<(), Rejection> {
     let before = state(calibrator);
     let unconfirmed = calibrator.state() == State::Acquiring;
@@ -318,7 +319,7 @@ fn solve(calibrator: &mut Target, robust: bool) -> Result<(), Rejection> {
     if outcome.fused == Ok(Fused::LensCorrected) {
         check_begun_again(calibrator);
     }
-    // The batch is empty now, so a pair counts once.
+    // The pair has ended. A second call begins with an empty batch, so a pair counts once.
     let again = calibrator.clone().solve_pair();
     assert_eq!(again.fused, Err(Rejection::TooFew { usable: 0, needed: 12 }));
     outcome.fused.map(|_| ())

@@ -11,7 +11,7 @@ use stereo_selfcal::{Correspondence, FactoryCalibration, State};
 use super::check::{check_estimate, check_in_use};
 use super::{Target, config, plausible, solve, usual_cameras};
 
-/// Records of a generated frame: more than the batch holds.
+/// Largest number of records of a generated frame: more than the 32 that the batch holds.
 const MOST: usize = 48;
 
 /// A match and its track.
@@ -24,13 +24,13 @@ enum Piece {
     Raw(Vec<u8>),
     /// A frame.
     Frame(Content),
-    /// A frame with one byte changed.
+    /// A frame with some bits of one byte flipped, or none.
     Damaged(Content, u16, u8),
     /// A frame without a run of its bytes.
     Cut(Content, u16, u16),
     /// The first bytes of a frame, then another frame.
     Interrupted(Content, u16, Content),
-    /// The previous frame again.
+    /// The last whole frame of `Frame` again; nothing before the first.
     Again,
 }
 
@@ -43,11 +43,11 @@ struct Content {
     pyramid_ratio: u8,
     grid_step: u16,
     flags: [bool; 2],
-    /// Size of the usual cameras, or any.
+    /// Image size; `None` for the size of the usual cameras.
     size: Option<[u16; 2]>,
-    /// Whether it has usual matches, many, or arbitrary records.
+    /// Whether it has plausible matches instead of arbitrary records.
     usual: bool,
-    /// Whether usual matches have tracks.
+    /// Whether plausible matches have tracks.
     tracked: bool,
     records: Vec<[u8; MatchRecord::BYTES]>,
 }
@@ -214,7 +214,7 @@ pub fn run_frames(bytes: &[u8]) {
             }
         }
         let act = acts.next().copied().unwrap_or_default();
-        // After an interrupted solve, the next frame is refused until the batch is cleared.
+        // A frame that arrives while a pair is being solved is refused. `act & 2` leaves the pair unfinished.
         if act & 1 == 0 {
             let _ = solve(&mut calibrator, robust);
         } else if calibrator.advance_pair().is_none() && act & 2 == 0 {

@@ -26,7 +26,7 @@ enum Change {
 /// # Panics
 /// If the core violates a property.
 pub fn run_record(bytes: &[u8]) {
-    // The bytes as they are.
+    // First the bytes as they are.
     let _ = FactoryCalibration::<f32>::from_record(bytes);
     let mut input = Unstructured::new(bytes);
     let (config, _, factory) = config(&mut input);
@@ -125,7 +125,7 @@ fn go_on(calibrator: &mut Target, made: &FactoryCalibration<f32>) {
     }
 }
 
-/// A usual pair.
+/// Takes a plausible pair.
 fn take(calibrator: &mut Target, pair: u8) {
     calibrator.discard_pair();
     for i in 0..30_u8 {

@@ -21,7 +21,7 @@ enum Operation {
     Save(bool),
     /// The store is closed and opened.
     Reopen,
-    /// Power is lost after so many words of a save.
+    /// Power is lost after so many written words and erased blocks of a save.
     Cut(bool, u8),
     /// A byte changes some bits.
     Rot(u16, u8),
@@ -29,7 +29,9 @@ enum Operation {
     WearOut(Option<(u8, bool)>),
 }
 
-/// A store, and the saved numbers that must be found.
+/// A store, and the numbers that its records must have: the factory calibration first, then the state.
+///
+/// A record carries its number as the length of the baseline, m, or as the generation.
 struct Kept {
     store: Store<Nor, f32>,
     fresh: Target,
@@ -37,7 +39,7 @@ struct Kept {
     saved: u16,
 }
 
-/// Runs the operations that `bytes` encode; returns the number of records found.
+/// Runs the operations that `bytes` encode; returns the number of records found, summed over the operations.
 ///
 /// # Panics
 /// If the store violates a property.
@@ -84,7 +86,7 @@ fn open(flash: Nor) -> Store<Nor, f32> {
 }
 
 impl Kept {
-    /// Numbers of the factory calibration and of the state.
+    /// Numbers of the factory calibration and of the state that the store finds; `None` without a record.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "as many as saves")]
     fn found(&mut self) -> [Option<u16>; 2] {
         let factory = self.store.load_factory().ok().flatten();
@@ -111,14 +113,14 @@ impl Kept {
     }
 
     fn with_flash(&mut self, change: impl FnOnce(&mut Nor)) {
-        // The store cannot be moved out of its place: a new one opens the changed flash.
+        // The store cannot be moved out of `self`, so a blank one takes its place while the flash changes.
         let blank = Nor::of(vec![0xff; 4 * BLOCK], 0);
         let mut flash = std::mem::replace(&mut self.store, open(blank)).close();
         change(&mut flash);
         self.store = open(flash);
     }
 
-    /// Whether the last saved number may be found.
+    /// Performs an operation; returns whether the number of a save that failed may be found.
     fn perform(&mut self, operation: &Operation, is_rotten: &mut bool) -> bool {
         match *operation {
             Operation::Save(state) => {

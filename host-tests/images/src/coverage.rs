@@ -17,7 +17,7 @@ const DEPTHS: [f64; 2] = [15.0, 40.0];
 /// Largest row offset of a match that counts, px.
 const IN_ROW_PX: f64 = 2.0;
 
-/// Number of matches that cover a cell or a depth.
+/// Least number of matches that covers a cell or a depth.
 const ENOUGH: usize = 5;
 
 /// Number of matches in a cell of an image, by depth.
@@ -73,7 +73,7 @@ impl Coverage {
     }
 }
 
-/// Depth of a match, baselines; infinite without a positive disparity. `None` if the match is not in row.
+/// Depth of a match, baselines; infinite without a positive disparity. `None` if the match has no ray or is not in row.
 fn depth(cameras: &Cameras<f64>, rotations: &RectifyingRotations<f64>, m: &Match) -> Option<f64> {
     let rays = cameras.rays(&m.correspondence()).ok()?;
     let offset: f64 = row_offset(rotations, &rays)?;

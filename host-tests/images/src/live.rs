@@ -45,7 +45,7 @@ impl Live {
         Self { terminal, quiet, count, started: Instant::now(), drawn: None, skipped: 0 }
     }
 
-    /// Restores the terminal.
+    /// Prints the number of skipped pairs that were not named, and removes the view from the terminal.
     pub fn finish(&mut self) {
         if self.skipped > NAMED {
             self.print(&format!("and {} more skipped", self.skipped - NAMED));

@@ -152,7 +152,7 @@ struct Unseen {
 const WINDOW: i32 = 12;
 
 impl Unseen {
-    /// Whether a window around a pixel has a pixel that the view does not show.
+    /// Whether the view does not show some pixel of the window around this one. Every fourth column and row is tested.
     fn near(&self, [u, v]: [f64; 2]) -> bool {
         let mut window = (-WINDOW..=WINDOW).step_by(4).flat_map(|dv| {
             (-WINDOW..=WINDOW).step_by(4).map(move |du| [u as i32 + du, v as i32 + dv])

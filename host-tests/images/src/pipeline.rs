@@ -36,11 +36,11 @@ pub enum Done {
 pub enum Skip {
     /// An image without a partner, or a damaged part of a bag.
     Alone,
-    /// An image cannot be read or decoded, or not be matched.
+    /// An image cannot be read or decoded, or the pair cannot be matched.
     Unreadable,
     /// An image differs in size from those of the rig.
     Size,
-    /// An image is empty: it has one grey value.
+    /// An image is empty: all its pixels have almost the same grey value.
     Blank,
     /// Left and right are exchanged.
     Exchanged,

@@ -29,7 +29,7 @@ const PARTS: usize = 3;
 /// With at least this many pairs each pair is one observation; with fewer each part of a pair is one.
 const PAIRS: usize = 5;
 
-/// Quantiles of Student's t for 95 %, by degrees of freedom from 1.
+/// Two-sided 95 % quantiles of Student's t, by degrees of freedom from 1.
 const STUDENT: [f64; 10] = [12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365, 2.306, 2.262, 2.228];
 
 /// A calibration to score.
@@ -76,7 +76,7 @@ pub struct Scores {
     pub pairs: usize,
     /// Number of matches scored.
     pub matches: usize,
-    /// Whether the scored pairs were held out: the estimate has not used them.
+    /// Whether the scored pairs were held out: the estimate has not used them. Always false for a single pair.
     pub held_out: bool,
     /// Candidates in the given order, then the estimate, if there is one.
     pub candidates: Vec<Score>,

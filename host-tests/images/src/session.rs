@@ -52,7 +52,7 @@ pub struct Session {
     pub skipped: HashMap<Skip, usize>,
     /// The pair with the most matches.
     pub best: Option<BestPair>,
-    /// Number of matches that do not fit a frame of the link.
+    /// Number of matches that do not fit a frame of the link; 0 if no frames are written.
     pub left_out: usize,
     /// The shift between left and right images, if the test found that they show different moments.
     pub shift: Option<Shift>,
@@ -111,7 +111,8 @@ impl Frames {
 /// * `stop`: ends the run and keeps the pairs done.
 ///
 /// # Errors
-/// If the rig is not valid, nothing can be read, or left and right are exchanged throughout.
+/// If the rig is not valid, no pair can be matched, left and right are exchanged in all pairs, or a file cannot be
+/// written.
 pub fn run(
     request: &Request<'_>,
     stop: &AtomicBool,

@@ -17,7 +17,7 @@ const INVALID: Rgb<u8> = Rgb([150, 150, 150]);
 /// Colour of a pixel outside the original image.
 const UNSEEN: Rgb<u8> = Rgb([40, 44, 60]);
 
-/// Horizontal lines over a pair, and the largest number of matches.
+/// Number of strips between the horizontal lines over a pair, and the largest number of matches drawn.
 const LINES: u32 = 12;
 const MATCHES: usize = 16;
 

@@ -64,7 +64,7 @@ impl Grey {
         if inside { self.pixels[row * self.width() + column] } else { None }
     }
 
-    /// A bilinear value between the pixels; `None` if one of its pixels is unseen.
+    /// A bilinear value between the pixels; `None` outside the image, or if one of its pixels is unseen.
     #[must_use]
     pub fn sample(&self, [u, v]: [f64; 2]) -> Option<f64> {
         let [right, bottom] = self.size.map(|n| f64::from(n) - 1.0);

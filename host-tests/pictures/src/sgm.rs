@@ -30,7 +30,8 @@ const UNIQUE_PERCENT: i32 = 10;
 pub struct Disparities {
     /// Width and height, px.
     pub size: [u16; 2],
-    /// Rows of pixels, top first; `None` if left and right disagree or are unseen.
+    /// Rows of pixels, top first. `None` if the pixel is unseen, its disparity is not unique, or the right image has
+    /// another one.
     pub pixels: Vec<Option<f64>>,
 }
 
@@ -153,7 +154,7 @@ fn aggregate_along(
 }
 
 /// One row of disparities: for each pixel the cheapest disparity, if it is unique and the pixel of the right image has
-/// the same one.
+/// the same one to within [`CONSISTENT`].
 fn row(sums: &[i16], pixels: &[Option<u8>], range: usize) -> Vec<Option<f64>> {
     let width = pixels.len();
     let cheapest = |costs: &mut dyn Iterator<Item = i16>| {

@@ -59,7 +59,7 @@ pub fn ray_of(target: &RectifiedCamera<f64>, [u, v]: [f64; 2]) -> Vector3<f64> {
     Vector3::new((u - cx) / target.focal, (v - cy) / target.focal, 1.0)
 }
 
-/// Position in the image of a point of the camera's frame.
+/// Position in the image of a point of the camera's frame; `None` behind the camera or beyond the lens model.
 #[must_use]
 pub fn projected(camera: &Camera<f64>, p: Vector3<f64>) -> Option<[f64; 2]> {
     if p.z <= 0.0 {

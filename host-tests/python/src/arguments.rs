@@ -26,7 +26,7 @@ struct Floats {
 }
 
 impl Floats {
-    /// Reads `f32` and `f64` in place; numpy converts other floats, and lists.
+    /// Reads arrays of `f32` and `f64` directly; numpy converts other floats, and lists of numbers.
     fn of(name: &str, given: &Given<'_>) -> PyResult<Self> {
         if let Some(read) = Self::read::<f32>(given).or_else(|| Self::read::<f64>(given)) {
             return Ok(read);

@@ -22,14 +22,14 @@ use crate::rig::Rig;
 /// Coordinate of a rectified pixel that no camera sees: outside every image.
 const OUTSIDE: f32 = -1e4;
 
-/// Largest relative difference of the shapes of rectified and captured images.
+/// Largest relative difference of the aspect ratios of rectified and captured images.
 const SHAPE: f32 = 0.01;
 
 /// `R1, R2, P1, P2, Q`.
 type Rectified = (Matrix<3, 3>, Matrix<3, 3>, Matrix<3, 4>, Matrix<3, 4>, Matrix<4, 4>);
 type Map<'py> = (Bound<'py, PyArray2<f32>>, Bound<'py, PyArray2<f32>>);
 
-/// Size of an image, px.
+/// Width and height of an image, px; `None`: the size of the left image.
 type Size = Option<(u16, u16)>;
 
 /// A common camera for both rectified views, and the rotations to it.

@@ -169,7 +169,8 @@ impl Calibrator {
         Ok(call!(self, py, held => held.calibrator.in_use().generation))
     }
 
-    /// A record given to `load` may freeze the calibrator. If it is frozen it refuses to undo, before any other reason.
+    /// Whether the calibrator is frozen. A record given to `load` may have frozen it, so a copy of the calibrator is
+    /// asked to undo: a frozen one refuses with `ApplyError::Frozen` before any other reason.
     #[getter]
     fn frozen(&self, py: Python<'_>) -> PyResult<bool> {
         let undone = call!(self, py, held => held.calibrator.clone().undo());
@@ -213,7 +214,7 @@ impl Calibrator {
     /// Calls the core without the GIL.
     ///
     /// # Errors
-    /// `BusyError` if another thread is in a call, or was in one at a fork.
+    /// `BusyError` if another thread is in a call, or was in one at a fork; `ValueError` if an earlier call panicked.
     fn with<T: Send>(
         &self,
         py: Python<'_>,

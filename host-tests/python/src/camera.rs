@@ -133,7 +133,7 @@ impl Camera {
     /// The camera of the core.
     ///
     /// # Errors
-    /// If a quantity is out of range once it is rounded.
+    /// If a quantity is out of range once it is rounded to `T`.
     pub(crate) fn core<T: Scalar>(&self) -> PyResult<CoreCamera<T>> {
         fn first<T: Scalar, const N: usize>(k: &[f64]) -> [T; N] {
             std::array::from_fn(|i| T::lit(k.get(i).copied().unwrap_or_default()))

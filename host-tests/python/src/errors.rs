@@ -75,7 +75,7 @@ pub(crate) fn name(of: &impl Debug) -> String {
     kind(of).chars().flat_map(split).skip(1).collect()
 }
 
-/// An argument with a value that it does not know.
+/// The exception of an argument with an unknown value; `known` lists the known ones.
 pub(crate) fn unknown(name: &str, known: &str, given: &str) -> PyErr {
     value(format!("{name}: {known}, not {given:?}"))
 }

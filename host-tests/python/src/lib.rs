@@ -1,7 +1,7 @@
 //! Python package `stereo_selfcal`: the calibrator of the vehicle for numpy.
 //!
-//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` has the results of a pair as
-//! plain data; `errors` converts errors into the exceptions of `python/stereo_selfcal/_errors.py`. `_native.pyi` has
+//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` has the results of a pair
+//! as plain data; `errors` converts errors into the exceptions of `python/stereo_selfcal/_errors.py`. `_native.pyi` has
 //! documentation and types of the public API.
 #![allow(
     clippy::cast_possible_truncation,

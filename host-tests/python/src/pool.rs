@@ -1,4 +1,5 @@
-//! Threads for work without the GIL. They end with the call, so a child of `os.fork` never waits for threads that it lacks.
+//! Threads for work without the GIL. They end with the call, so a child of `os.fork` never waits for threads that it
+//! lacks.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;

@@ -26,7 +26,7 @@ pub(crate) struct Rig {
     /// `None`: not calibrated; the start is side by side, a guess.
     factory: Option<Pose>,
     pub(crate) baseline_m: Option<f64>,
-    /// Yaw deviation of the factory extrinsics; `None`: the default of the core; infinite: a guess.
+    /// Yaw deviation of the factory extrinsics, rad; `None`: the default of the core; infinite: a guess.
     yaw_sd_rad: Option<f64>,
 }
 
@@ -101,7 +101,7 @@ impl Rig {
             "K_r": right.K.0, "dist_r": right.dist.0, "R": r, "t": t, "baseline_m": baseline_m,
         });
         if let Some(rad) = self.yaw_sd() {
-            // Null for an infinite one: a guess.
+            // JSON has no infinity: it becomes null, which means a guess.
             meta[Meta::FACTORY_YAW_SD] = rad.to_degrees().into();
         }
         let mut meta: Meta = serde_json::from_value(meta).map_err(value)?;
@@ -109,12 +109,12 @@ impl Rig {
         Ok(meta)
     }
 
-    /// Yaw deviation; infinite for a guess.
+    /// Yaw deviation, rad; infinite for a guess, `None` for the default of the core.
     fn yaw_sd(&self) -> Option<f64> {
         if self.factory.is_some() { self.yaw_sd_rad } else { Some(f64::INFINITY) }
     }
 
-    /// Start of every calibration.
+    /// Start of every calibration: the factory calibration, or the cameras side by side.
     pub(crate) fn start<T: Scalar>(&self) -> PyResult<Extrinsics<T>> {
         let Some((Matrix(r), Triple(t))) = &self.factory else {
             return Ok(Extrinsics::SIDE_BY_SIDE);

@@ -349,7 +349,8 @@ def test_every_error_that_is_raised_has_advice_and_no_other_number_has() -> None
     source = (ROOT / "host-tests/python/src/errors.rs").read_text()
     listed = re.search(r"core_errors! \{([\w\s,]+)\}", source)
     assert listed
-    # Rejections have two classes; the pixel of a range has the number of its own error.
+    # `Rejection` is not in `core_errors!`, because it becomes two classes. A pixel of a range without a ray has the
+    # number of its `UndistortError`.
     raised = {*re.findall(r"\w+", listed[1]), "Rejection", "UndistortError"}
     numbers = numbers_of_the_core()
     assert raised <= set(numbers), raised - set(numbers)

@@ -1,4 +1,4 @@
-//! Bundle adjustment of all pairs: extrinsics with `|t| = 1` and every point, least robust
+//! Bundle adjustment of all pairs: it finds the extrinsics with `|t| = 1` and the points that minimise a robust
 //! reprojection error in both images.
 //!
 //! The points are eliminated exactly (variable projection): for given extrinsics the best point of a correspondence is
@@ -7,8 +7,8 @@
 //! is at its optimum, the derivative of the residual equals that of the constraint there. Cauchy's loss applies to both
 //! reprojection errors of a match together. MINPACK's Levenberg-Marquardt (crate `levenberg-marquardt`) minimises it.
 //!
-//! It starts from the result of RANSAC, as in structure from motion: from a start some degrees off it may fail among
-//! outliers. It is slow, because every pair is solved with all pairs before it.
+//! It starts from the result of RANSAC, as in structure from motion, because with outliers it may fail from a start
+//! that is some degrees off. It is slow, because each estimate of a run is an adjustment of all pairs so far.
 
 use levenberg_marquardt::{LeastSquaresProblem, LevenbergMarquardt};
 use nalgebra::{Matrix3, Vector2};
@@ -22,7 +22,7 @@ use super::pose::{Essential, Pose};
 use super::ransac::Ransac;
 use host_tests::data::Rays;
 
-/// Corrections towards the best points; convergence is quadratic.
+/// Number of corrections of a point towards the best point; convergence is quadratic.
 const CORRECTIONS: usize = 4;
 
 /// Factor of the number of unknowns in MINPACK's limit of evaluations.
@@ -53,7 +53,8 @@ impl Method for Bundle {
     }
 }
 
-/// Adjusts all correspondences of all pairs, from `start` or from the start of the setting.
+/// Adjusts all correspondences of all pairs, from `start` or from the start of the setting. `None` for fewer than
+/// [`FEWEST`] correspondences, or if the result is not a stereo rig.
 fn adjusted(
     pairs: &[Vec<Rays>],
     start: Option<&Extrinsics<f64>>,
@@ -89,7 +90,9 @@ impl Adjustment {
         self.start.moved(&<[f64; 5]>::from(*params).into())
     }
 
-    /// Essential matrix at the parameters, with derivatives by them; the steps of a pose start from the pose.
+    /// Essential matrix at the parameters, and its numeric derivatives by the parameters. The derivatives of
+    /// [`Pose::essential`] do not serve, because they are by a step from that pose; the parameters are a step from
+    /// `start`.
     fn essential(&self) -> Essential {
         const H: f64 = 1e-5;
         let by = std::array::from_fn(|i| {
@@ -145,9 +148,9 @@ impl LeastSquaresProblem<f64, Dyn, U5> for Adjustment {
 /// The nearest points to a correspondence that meet the epipolar constraint.
 struct Triangulated {
     points: Rays,
-    /// Length of the gradient of the constraint there.
+    /// Length of the gradient of the constraint at these points.
     gradient: f64,
-    /// Distance from the measurement, signed as the constraint.
+    /// Distance of the points from the measurement, with the sign of the constraint at the measurement.
     miss: f64,
 }
 
@@ -159,7 +162,7 @@ impl Triangulated {
             let [p_l, p_r] = points;
             let (by_r, by_l) = ((e * p_l).xy(), e.tr_mul(&p_r).xy());
             gradient = (by_r.norm_squared() + by_l.norm_squared()).sqrt();
-            // The constraint at the points, linearised at the measurement.
+            // The constraint at the measurement, linearised at the points.
             let off = |i: usize| -> Vector2<f64> { (measured[i] - points[i]).xy() };
             let constraint = p_r.dot(&(e * p_l)) + by_l.dot(&off(0)) + by_r.dot(&off(1));
             let along = constraint / (gradient * gradient);

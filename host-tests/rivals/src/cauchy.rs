@@ -1,8 +1,8 @@
 //! Common practice: Sampson residuals under Cauchy's loss.
 //!
-//! There is no publication. Five degrees of freedom, Levenberg-Marquardt with reweighting, the scale of the loss at the
-//! expected noise from the start or annealed, each pair alone; over pairs the chordal mean of `R` and the mean
-//! direction of `t`.
+//! There is no publication. Levenberg-Marquardt with reweighting solves each pair alone, over five degrees of freedom.
+//! The scale of the loss follows the expected noise, or is annealed down to it from 64 times this scale. The estimates
+//! of the pairs are fused by the chordal mean of `R` and the mean direction of `t`.
 
 use stereo_selfcal::Extrinsics;
 

@@ -1,16 +1,19 @@
 //! Dang, Hoffmann and Stiller, "Continuous stereo self-calibration by camera parameter tracking",
 //! IEEE Transactions on Image Processing 2009.
 //!
-//! An iterated extended Kalman filter whose state is the rotation of each camera against the
-//! baseline, measured by the implicit epipolar constraint `h = i_1 . (R_l p_l x R_r p_r) = 0`, the
-//! noise of the image points propagated through it. Recursive over pairs.
+//! An iterated extended Kalman filter, recursive over pairs. Its state is the rotation of each camera against the
+//! baseline. The measurement is the implicit epipolar constraint `h = i_1 . (R_l p_l x R_r p_r) = 0`, through which the
+//! noise of the image points is propagated.
 //!
-//! Left out: intrinsics, motion of the points over time and bundle constraints; extrinsics from
-//! epipolar constraints alone. Filled in: the gauge, no turn of the left camera about the baseline;
-//! prior and process noise (`filter`); outliers rejected by the median of the innovations, in place
-//! of random sampling for the least median of squares. The published update is a plain Gauss-Newton
-//! step, which may leave the basin of a start some degrees off: here it is damped and goes on until it
-//! has converged, which only helps.
+//! Left out: intrinsics, motion of the points over time, and bundle constraints.
+//!
+//! Filled in:
+//! - The gauge: the left camera does not turn about the baseline.
+//! - Prior and process noise (`filter`).
+//! - Outliers are rejected by the median of the innovations, instead of random sampling for the least median of
+//!   squares.
+//! - The published update is a plain Gauss-Newton step, which may diverge from a start some degrees off. Here the step
+//!   is damped, and repeated until it has converged.
 
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
 use stereo_selfcal::Extrinsics;
@@ -67,7 +70,7 @@ struct State {
 }
 
 impl State {
-    /// Turns `[y_l, z_l, x_r, y_r, z_r]`, rad, on the left.
+    /// The state after the turns `[y_l, z_l, x_r, y_r, z_r]`, rad, which multiply the rotations from the left.
     fn moved(&self, d: &Vector5<f64>) -> Self {
         Self {
             left: Rotation3::new(Vector3::new(0.0, d[0], d[1])) * self.left,
@@ -75,7 +78,7 @@ impl State {
         }
     }
 
-    /// The turns from here to `other`, to the first order.
+    /// The turns of [`State::moved`] that lead to `other`, to first order.
     fn step_to(&self, other: &Self) -> Vector5<f64> {
         let left = so3::log(&(other.left * self.left.inverse()));
         let right = so3::log(&(other.right * self.right.inverse()));
@@ -88,7 +91,8 @@ impl State {
         Extrinsics::try_new(&r, &-self.right.matrix().row(0).transpose()).ok()
     }
 
-    /// `h` over the propagated deviation of unit noise, and its derivative by the five turns.
+    /// `h` divided by the propagated deviation of unit noise, and its derivative by the five turns. The derivative is
+    /// exact where `h` is 0, because it takes the deviation as constant.
     fn innovation(&self, [p_l, p_r]: &Rays) -> (f64, Vector5<f64>) {
         let (l, r) = (self.left * p_l, self.right * p_r);
         // h = l . (r x i_1) = r . (i_1 x l).
@@ -118,7 +122,8 @@ impl Filter {
         Self { state: State { left, right }, covariance }
     }
 
-    /// The iterated update by all constraints of a pair, damped (Levenberg-Marquardt) to convergence.
+    /// The iterated update by all constraints of a pair, by Levenberg-Marquardt. `None` without rays, or if a matrix is
+    /// not positive definite.
     fn updated(&self, rays: &[Rays], noise: f64) -> Option<Self> {
         if rays.is_empty() {
             return None;
@@ -151,7 +156,7 @@ impl Filter {
         Self::at_optimum(&prior, state, rays, noise)
     }
 
-    /// The state with its covariance.
+    /// The state with its covariance. `None` if the information is not positive definite.
     fn at_optimum(prior: &Matrix5<f64>, state: State, rays: &[Rays], noise: f64) -> Option<Self> {
         let rows: Vec<_> = rays.iter().map(|rays| state.innovation(rays)).collect();
         let limit = limit(rows.iter().map(|(h, _)| h.abs()), noise);
@@ -161,7 +166,7 @@ impl Filter {
         Some(Self { state, covariance: posterior.inverse() })
     }
 
-    /// Distance from the prior and truncated innovations, squared, in units of their variances.
+    /// Sum of the squared distance from the prior and the squared truncated innovations, in units of their variances.
     fn energy(
         &self,
         prior: &Matrix5<f64>,

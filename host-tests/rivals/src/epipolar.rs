@@ -13,9 +13,9 @@ use host_tests::data::Rays;
 pub(super) enum Scaling {
     /// 1: the algebraic residual.
     Algebraic,
-    /// `sqrt(1/a + 1/b)`: the root of both squared distances of the points to their lines.
+    /// `sqrt(1/a + 1/b)`: the root of the sum of the squared distances of both points to their epipolar lines.
     Distances,
-    /// `1 / sqrt(a + b)`: over its own deviation under equal noise (Sampson).
+    /// `1 / sqrt(a + b)`: the constraint divided by its deviation for equal noise of all coordinates (Sampson).
     Sampson,
 }
 

@@ -1,5 +1,5 @@
-//! The common part of the Kalman filters: a belief in the rig, a constant rig with process
-//! noise, steady or agile, and the rejection of outliers.
+//! The common part of the Kalman filters: a belief (the expected rig with its covariance), the model of a constant rig
+//! with process noise ([`Tuning::agile`](super::Tuning::agile)), and the rejection of outliers.
 //!
 //! The publications do not describe their rejection of outliers fully. All filters use the same one, so that only the
 //! filters make their figures differ.
@@ -15,7 +15,7 @@ use host_tests::stats::median;
 /// Standard deviation of the start about each axis, rad, as in the core.
 pub(super) const PRIOR_SD: f64 = 0.1;
 
-/// Linearisations of a pair, the same number for all filters, each at the result of the previous one.
+/// Number of linearisations of a pair by [`iterated`], each at the result of the previous one.
 pub(super) const ITERATIONS: usize = 10;
 
 /// A pose, and the covariance of the five unknowns about it, rad^2.
@@ -34,14 +34,14 @@ impl Belief {
         Self { pose: Pose::of(start), covariance }
     }
 
-    /// The belief at the next pair.
+    /// The belief before the next pair: its covariance grows by the process noise.
     fn predicted(mut self, process_sd: f64) -> Self {
         self.covariance += Matrix5::identity() * (process_sd * process_sd);
         self
     }
 
     /// The belief corrected by the sums `sum J J^T / s^2` and `sum J e / s^2`, linearised at `at`: one step of an
-    /// iterated filter.
+    /// iterated filter. `None` if a covariance is not positive definite.
     pub(super) fn corrected(
         &self,
         at: &Pose,
@@ -55,8 +55,8 @@ impl Belief {
     }
 }
 
-/// The estimate after each pair of a filter that `update`s its belief. A pair without an update changes only the
-/// process noise.
+/// The estimate after each pair of a filter that `update`s its belief. A pair without an update keeps the estimate, and
+/// only adds the process noise to the covariance.
 pub(super) fn running(
     pairs: &[Vec<Rays>],
     setting: &Setting,
@@ -93,10 +93,10 @@ pub(super) fn iterated(
 /// Residuals beyond so many robust deviations are outliers (Rousseeuw and Leroy).
 const REJECTED: f64 = 2.5;
 
-/// Limit of a residual: 2.5 robust deviations of all residuals, by their median.
+/// Largest residual of an inlier: 2.5 robust deviations of all residuals, by their median; 0 without residuals.
 ///
 /// * `sizes`: absolute residuals.
-/// * `noise`: the least deviation.
+/// * `noise`: the least robust deviation.
 pub(super) fn limit(sizes: impl IntoIterator<Item = f64>, noise: f64) -> f64 {
     median(sizes).map_or(0.0, |median| REJECTED * (1.4826 * median).max(noise))
 }

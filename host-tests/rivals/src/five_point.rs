@@ -1,8 +1,8 @@
 //! Essential matrices through five correspondences.
 //!
-//! H. Stewenius, C. Engels and D. Nister, "Recent developments on direct relative orientation", 2006:
-//! `E` in the null space of five epipolar constraints, ten cubics in its three unknowns (`det E = 0`,
-//! `2 E E^T E - tr(E E^T) E = 0`), solved as eigenvectors of a 10 x 10 action matrix.
+//! H. Stewenius, C. Engels and D. Nister, "Recent developments on direct relative orientation", 2006. `E` lies in the
+//! null space of five epipolar constraints, which leaves three unknowns. `det E = 0` and `2 E E^T E - tr(E E^T) E = 0`
+//! are ten cubic equations in them. Their solutions are eigenvectors of a 10 x 10 action matrix.
 
 use nalgebra::{Matrix3, SMatrix, SVector, Schur};
 
@@ -48,16 +48,17 @@ const INDEX: [[[usize; 4]; 4]; 4] = {
 const LINEAR: usize = 16;
 const QUADRATIC: usize = 10;
 
-/// Largest number of iterations for the eigenvalues.
+/// Largest number of iterations for the eigenvalues, and for the singular values.
 const SWEEPS: usize = 200;
 
-/// An imaginary part below this is rounding.
+/// An imaginary part below this, relative to 1 plus the magnitude of the real part, is rounding.
 const REAL: f64 = 1e-6;
 
 /// A polynomial of degree at most 3, by its coefficients.
 type Cubic = SVector<f64, 20>;
 
-/// The essential matrices of five correspondences, at most ten. One of them is the true one if all five are true.
+/// The essential matrices of five correspondences, at most ten; their norm is 1. One of them is the true one up to sign
+/// and noise if all five correspondences are true.
 pub(super) fn five_point(sample: &[Rays; 5]) -> Vec<Matrix3<f64>> {
     essentials(sample).unwrap_or_default()
 }

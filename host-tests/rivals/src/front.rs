@@ -1,6 +1,6 @@
 //! Preprocessing for all methods: RANSAC, and the scale of the noise.
 //!
-//! A pair in which RANSAC finds nothing is passed on whole.
+//! A pair in which RANSAC finds no pose is passed on whole, with the expected noise.
 
 use super::method::{MIN_NOISE_PX, Setting, usable};
 use super::pose::Pose;
@@ -13,12 +13,15 @@ use host_tests::stats::median;
 pub struct Front {
     /// Inliers, pair by pair.
     pub inliers: Vec<Vec<Rays>>,
-    /// Noise of a coordinate, px, pair by pair, from the median of the inliers' Sampson residuals.
+    /// Standard deviation of a coordinate, px, pair by pair, from the median of the inliers' Sampson residuals; the
+    /// expected noise where RANSAC finds no pose.
     noise_px: Vec<f64>,
 }
 
 impl Front {
-    /// * `setting`: the start, from which RANSAC refuses distant poses, and the expected noise.
+    /// Preprocesses pairs.
+    ///
+    /// * `setting`: start, focal length and expected noise. RANSAC refuses poses that are far from the start.
     #[must_use]
     pub fn new(pairs: &[Vec<Rays>], setting: &Setting) -> Self {
         let of_pair = |(rays, seed): (&Vec<Rays>, u64)| {
@@ -42,14 +45,15 @@ impl Front {
         }
     }
 
-    /// Noise of a coordinate, px: the median over the pairs.
+    /// Standard deviation of a coordinate, px: the median over the pairs, at least 0.01 px.
     #[must_use]
     pub fn noise_px(&self) -> f64 {
         median(self.noise_px.iter().copied()).unwrap_or_default().max(MIN_NOISE_PX)
     }
 }
 
-/// Deviation of a coordinate, unit depth, which equals that of a Sampson residual.
+/// Standard deviation of a coordinate at unit depth. It equals the standard deviation of a Sampson residual, and
+/// follows from the median of the residuals.
 fn noise(pose: &Pose, inliers: &[Rays]) -> f64 {
     let e = pose.essential().e;
     1.4826 * median(inliers.iter().map(|rays| sampson(&e, rays).abs())).unwrap_or_default()

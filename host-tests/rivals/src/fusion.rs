@@ -64,7 +64,7 @@ pub(super) struct Chordal {
     translations: Vector3<f64>,
 }
 
-/// Sweeps of a singular value decomposition.
+/// Largest number of iterations of a singular value decomposition.
 const SWEEPS: usize = 100;
 
 impl Fusion for Chordal {

@@ -28,7 +28,7 @@ pub(super) fn passed(pose: Option<Pose>, rays: &[Rays], setting: &Setting) -> Op
     pose.filter(admitted)
 }
 
-/// Whether a rig that left production at `start` may have a pose.
+/// Whether `R` and `t` of a pose are within [`FURTHEST`] of `start`.
 pub(super) fn is_near(pose: &Pose, start: &Pose) -> bool {
     let turned = (pose.r * start.r.inverse()).angle();
     turned <= FURTHEST && pose.t.dot(&start.t) >= FURTHEST.cos()
@@ -42,7 +42,7 @@ fn is_certain(pose: &Pose, rays: &[Rays], noise: f64) -> bool {
 
 /// Inverse of the Cramer-Rao bound of a pair, from the matches that fit it.
 ///
-/// * `noise`: noise of a coordinate, unit depth; larger if the matches scatter more.
+/// * `noise`: least standard deviation of a coordinate, unit depth. The scatter of the matches counts if it is larger.
 pub(super) fn information(pose: &Pose, rays: &[Rays], noise: f64) -> Matrix5<f64> {
     let essential = pose.essential();
     let rows: Vec<_> =

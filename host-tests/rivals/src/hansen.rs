@@ -48,13 +48,13 @@ impl Method for Hansen {
         filter::running(pairs, setting, |belief, rays| {
             let pair = gate::passed(single(rays, setting), rays, setting)?;
             let information = gate::information(&pair, rays, setting.noise());
-            // The measurement is the estimate of the pair, so it is linear and its residual is zero.
+            // The measurement is the estimate of the pair. It is linear, and its residual is zero at this estimate.
             belief.corrected(&pair, information, Vector5::zeros())
         })
     }
 }
 
-/// Solves one pair.
+/// Solves one pair. `None` if a fit fails.
 fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
     let huber = Loss::Huber(HUBER_PX / setting.focal);
     let mut pose = minimise(&Pose::of(&setting.start), rays, Scaling::Distances, huber)?;
@@ -64,7 +64,8 @@ fn single(rays: &[Rays], setting: &Setting) -> Option<Pose> {
     for _ in 0..ROUNDS {
         let essential = pose.essential();
         let size = |rays: &Rays| Scaling::Distances.residual(&essential, rays).abs();
-        // The root of two squared distances is twice the deviation of a coordinate.
+        // If `a` and `b` of `epipolar` are equal, the deviation of this residual is twice the deviation of a
+        // coordinate.
         let limit = limit(rays.iter().map(size), 2.0 * setting.noise());
         let kept: Vec<Rays> = rays.iter().filter(|rays| size(rays) <= limit).copied().collect();
         pose = minimise(&pose, &kept, Scaling::Distances, Loss::Huber(f64::INFINITY))?;

@@ -1,7 +1,8 @@
-//! The rivals of our methods, in `f64`: methods of the literature and common practice.
+//! Rivals: methods of the literature and of common practice that the two presets of the core are compared with, in
+//! `f64`.
 //!
-//! Each is written from its publication, independently of the core. Its file and [`Method::source`] name the details
-//! that were filled in or left out.
+//! Each method of the literature is written from its publication, independently of the core. Its file and
+//! [`Method::source`] name the details that are filled in or left out.
 
 mod bundle;
 mod cauchy;
@@ -43,7 +44,8 @@ pub use ransac::Ransac;
 pub use tuning::Tuning;
 pub use variant::{Range, Variant, all_variants, variants};
 
-/// All methods, in the order of a table's columns: ours, then by the year of publication, then common practice.
+/// All methods, in the order of a table's columns: both presets of the core, then the literature by year of
+/// publication, then common practice.
 #[must_use]
 pub fn all() -> Vec<Box<dyn Method>> {
     vec![

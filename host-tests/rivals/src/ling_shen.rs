@@ -5,8 +5,8 @@
 //! Levenberg-Marquardt with Huber weights. Zhao et al. compare with it, and it runs here as theirs does:
 //! each pair alone from the start, mean directions over pairs (their eqs 20-22).
 //!
-//! Filled in or left out: the Huber threshold, 1 px at unit depth as Zhao et al.; the published stop
-//! on the covariance, as the number of pairs is given here; matching and its rejection of outliers.
+//! Filled in: the Huber threshold, 1 px at unit depth as in Zhao et al. Left out: the published stop on the covariance,
+//! because the number of pairs is given here; matching, and its rejection of outliers.
 
 use stereo_selfcal::Extrinsics;
 

@@ -6,21 +6,22 @@ use stereo_selfcal::Extrinsics;
 use super::tuning::Tuning;
 use host_tests::data::Rays;
 
-/// Knowledge of a method beside the correspondences.
+/// Input of a method in addition to the correspondences.
 #[derive(Debug, Clone, Copy)]
 pub struct Setting {
-    /// Its start.
+    /// Extrinsics that the method starts from.
     pub start: Extrinsics<f64>,
     /// Mean focal length, px.
     pub focal: f64,
-    /// Expected noise of a coordinate, px.
+    /// Expected standard deviation of a coordinate, px.
     pub noise_px: f64,
     /// Settings that a comparison varies.
     pub tuning: Tuning,
 }
 
 impl Setting {
-    /// Expected noise of a coordinate at unit depth; above 0, as scales are divided by it.
+    /// Expected standard deviation of a coordinate at unit depth. The px value is at least [`MIN_NOISE_PX`], because
+    /// methods divide by it.
     pub(super) fn noise(&self) -> f64 {
         self.noise_px.max(MIN_NOISE_PX) / self.focal
     }
@@ -36,10 +37,10 @@ pub trait Method: Sync {
 
     /// The estimate from all pairs up to each pair; `None` before the first estimate.
     ///
-    /// * `pairs`: undistorted rays at unit depth, true matches and false ones.
+    /// * `pairs`: undistorted rays at unit depth, inliers and outliers.
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>>;
 
-    /// The estimate from all pairs together.
+    /// The estimate from all pairs together; `None` without an estimate.
     fn fused(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Option<Extrinsics<f64>> {
         self.running(pairs, setting).pop().flatten()
     }
@@ -48,7 +49,7 @@ pub trait Method: Sync {
 /// Smallest accepted noise, px.
 pub(super) const MIN_NOISE_PX: f64 = 0.01;
 
-/// Largest slope of an accepted ray, unit depth: 87 degrees off the axis.
+/// Largest `|x|` or `|y|` of an accepted ray at unit depth: 87 degrees off the axis.
 const MAX_SLOPE: f64 = 20.0;
 
 /// The correspondences whose rays are both finite, at unit depth, and within the view of a lens.

@@ -9,9 +9,9 @@ use host_tests::data::Rays;
 /// Loss of a residual.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Loss {
-    /// Quadratic up to the threshold, linear beyond.
+    /// Quadratic up to this threshold of the residual, linear beyond.
     Huber(f64),
-    /// `c^2 / 2 log(1 + (e / c)^2)`.
+    /// `c^2 / 2 log(1 + (e / c)^2)`, with the scale `c`.
     Cauchy(f64),
 }
 
@@ -24,7 +24,7 @@ impl Loss {
         }
     }
 
-    /// Its derivative over the residual.
+    /// Derivative of the loss, divided by the residual.
     pub(super) fn weight(self, e: f64) -> f64 {
         match self {
             Self::Huber(c) if e.abs() <= c => 1.0,
@@ -45,7 +45,7 @@ const TOLERANCE: f64 = 1e-9;
 
 /// The minimum of the robust energy near `start`.
 ///
-/// `None` for too few rays, or if there is no finite solution.
+/// `None` for fewer than [`FEWEST`] rays, or if there is no finite solution.
 pub(super) fn minimise(start: &Pose, rays: &[Rays], scaling: Scaling, loss: Loss) -> Option<Pose> {
     if rays.len() < FEWEST {
         return None;

@@ -1,12 +1,12 @@
 //! Mueller and Wuensche, "Continuous stereo camera calibration in urban scenarios", ITSC 2017.
 //!
-//! An extended Kalman filter over the extrinsics and the points observed in a pair. A point is in the
-//! state for one pair only, its four image coordinates measure it and the extrinsics, and its block is
-//! marginalised again before the next: the Schur complement of its three unknowns. Iterated over the
-//! pair; outliers are rejected block by block.
+//! An extended Kalman filter over the extrinsics and the points observed in a pair. A point is in the state for one
+//! pair only. Its four image coordinates measure the point and the extrinsics. Before the next pair its block is
+//! marginalised by the Schur complement of its three unknowns. The update by a pair is iterated; outliers are rejected
+//! block by block.
 //!
-//! Filled in: points as left coordinates and inverse depth; its prior, one baseline; rejection, prior
-//! and process noise (`filter`). Left out: intrinsics, and points tracked over time.
+//! Filled in: points as left coordinates and inverse depth; the prior of the inverse depth; rejection, prior and
+//! process noise (`filter`). Left out: intrinsics, and points tracked over time.
 
 use nalgebra::{
     Matrix2x3, Matrix3, Matrix4x3, Matrix5, Matrix5x3, SMatrix, Vector3, Vector4, Vector5,
@@ -18,7 +18,7 @@ use super::method::{Method, Setting};
 use super::pose::Pose;
 use host_tests::data::Rays;
 
-/// Deviation of an inverse depth before the pair, one over baselines.
+/// Standard deviation of the prior of an inverse depth, in units of 1 / baseline.
 const INVERSE_DEPTH_SD: f64 = 1.0;
 
 /// The method.
@@ -43,11 +43,12 @@ impl Method for MuellerBlock {
     }
 }
 
-/// The measurement of the extrinsics by a block whose point is marginalised, in units of the noise.
+/// The measurement of the extrinsics by a block whose point is marginalised, for noise of standard deviation 1 at unit
+/// depth.
 struct Block {
     information: Matrix5<f64>,
     gradient: Vector5<f64>,
-    /// Distance of its measurements for the best point: root of the reduced square.
+    /// Distance of the four measured coordinates from the coordinates of the best point, unit depth.
     miss: f64,
 }
 
@@ -65,7 +66,8 @@ fn updated(prior: &Belief, at: &Pose, rays: &[Rays], noise: f64) -> Option<Belie
     prior.corrected(at, information / variance, gradient / variance)
 }
 
-/// The block of one correspondence; `None` if its point would be behind the right camera.
+/// The block of one correspondence. `None` if the depth of its point in the right camera is negative or less than a
+/// tenth of the depth in the left camera, or if its information is singular.
 fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
     let turned = at.r * p_l;
     let inverse_depth = inverse_depth(at, &turned, p_r);
@@ -101,7 +103,7 @@ fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
     Some(Block { information, gradient, miss: left.norm() })
 }
 
-/// The inverse depth at which `turned + t rho` is nearest to the right ray.
+/// The inverse depth `rho` at which `turned + t rho` is nearest to the right ray; 0 for a right ray along `t`.
 fn inverse_depth(at: &Pose, turned: &Vector3<f64>, p_r: &Vector3<f64>) -> f64 {
     let across = p_r.cross(&at.t);
     let squared = across.norm_squared();

@@ -1,16 +1,19 @@
 //! Mueller and Wuensche, "Continuous extrinsic online calibration for stereo cameras", IV 2016.
 //!
-//! An unscented Kalman filter over the extrinsics, measured by the epipolar residual of each match.
-//! Sigma points are turned about the state on the manifold; all matches of a pair enter one update
-//! in information form, each through its statistical linearisation, which is exact for independent
-//! noise.
+//! An unscented Kalman filter over the extrinsics, measured by the epipolar residual of each match. Sigma points are
+//! turned about the state on the manifold. All matches of a pair enter one update in information form, each through its
+//! statistical linearisation, which is exact for independent noise.
 //!
-//! Filled in: spread of the sigma points (alpha 1, kappa 0); residuals over their deviation
-//! (Sampson); the update of a pair repeated about its own posterior, without which a start some
-//! degrees off is linearised too far from the rig; rejection, prior and process noise (`filter`).
-//! Left out: motion of the vehicle, and the 3-D points: the source also measures the extrinsics by points
-//! that it triangulates and tracks over time. Here there are no tracks, and the epipolar residual has all
-//! that a point seen once tells of the extrinsics.
+//! Filled in:
+//! - The spread of the sigma points (alpha 1, kappa 0).
+//! - Residuals are divided by their deviation (Sampson).
+//! - The update by a pair is repeated about its own posterior. Without this, a start some degrees off is linearised too
+//!   far from the rig.
+//! - Rejection, prior and process noise (`filter`).
+//!
+//! Left out: the motion of the vehicle, and 3-D points. The source also measures the extrinsics by points that it
+//! triangulates and tracks over time. Here there are no tracks, and the epipolar residual of a point that is seen in
+//! one pair contains all its information on the extrinsics.
 
 use nalgebra::{Matrix5, Vector5};
 use stereo_selfcal::Extrinsics;
@@ -20,7 +23,7 @@ use super::filter::{self, Belief, limit};
 use super::method::{Method, Setting};
 use host_tests::data::Rays;
 
-/// Unknowns.
+/// Number of unknowns.
 const N: usize = 5;
 
 /// Squared spread of the sigma points, in variances: the number of unknowns, at kappa 0.
@@ -48,14 +51,15 @@ impl Method for MuellerUkf {
     }
 }
 
-/// A residual linearised over the sigma points: `e = mean + slope . d`, and the rest of its variance.
+/// A residual linearised over the sigma points: `e = mean + slope . d`, and the variance about this line.
 struct Linearised {
     mean: f64,
     slope: Vector5<f64>,
     variance: f64,
 }
 
-/// `prior` updated by a pair that is linearised over the sigma points of `about`.
+/// `prior` updated by a pair that is linearised over the sigma points of `about`. `None` if a covariance is not
+/// positive definite.
 fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<Belief> {
     let cholesky = about.covariance.cholesky()?;
     let (root, inverse) = (cholesky.l(), cholesky.inverse());
@@ -67,7 +71,7 @@ fn updated(prior: &Belief, about: &Belief, rays: &[Rays], noise: f64) -> Option<
     let essentials = steps.map(|step| about.pose.moved(&step).essential());
     let linearise = |rays: &Rays| {
         let seen = essentials.each_ref().map(|e| Scaling::Sampson.residual(e, rays));
-        // All have equal weight, except the middle one, which has no weight at kappa 0.
+        // All sigma points have equal weight, except the one in the middle, which has weight 0 at kappa 0.
         let weight = 0.5 / SPREAD_SQUARED;
         let mean = weight * seen.iter().sum::<f64>();
         let off = || seen.iter().map(|e| e - mean);

@@ -8,7 +8,7 @@ use stereo_selfcal::{
 use super::method::{Method, Setting, usable};
 use host_tests::data::{Rays, in_f64};
 
-/// Capacity for the matches of any pair; the core selects from larger pairs.
+/// Capacity of the calibrator; it selects matches from longer pairs.
 const CAPACITY: usize = 2048;
 
 /// Largest distance of the image's border from its middle, px; pixels beyond are refused.
@@ -73,7 +73,8 @@ fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option
     after.collect()
 }
 
-/// A pinhole with the setting's focal length, whose image holds all rays and is centred on the axis.
+/// A pinhole with the setting's focal length, whose image is centred on the axis and holds all rays within
+/// [`MAX_REACH`]. `None` if the core refuses the focal length.
 fn camera(pairs: &[Vec<Rays>], setting: &Setting) -> Option<Camera<f32>> {
     let focal = f32::lit(setting.focal);
     let reach = |axis: usize| {

@@ -26,12 +26,12 @@ impl Pose {
         Self { r: *extrinsics.rotation(), t: extrinsics.translation().into_inner() }
     }
 
-    /// `None` if it is not finite, or `t` lies along an optical axis.
+    /// `None` if it is not finite, or `t` is within 6 degrees of an optical axis.
     pub(super) fn extrinsics(&self) -> Option<Extrinsics<f64>> {
         Extrinsics::try_new(self.r.matrix(), &self.t).ok()
     }
 
-    /// `R <- exp([w]x) R`, `t <- normalize(t + B a)`, `d = [w, a]`, rad.
+    /// The pose after a step `d = [w, a]`, rad: `exp([w]x) R` and `normalize(t + B a)`, with `B` of [`Self::across`].
     pub(super) fn moved(&self, d: &Vector5<f64>) -> Self {
         let [b, c] = self.across();
         Self {
@@ -40,7 +40,7 @@ impl Pose {
         }
     }
 
-    /// The `d` by which [`Self::moved`] reaches `other`, with both `t` in one half space.
+    /// The step `d` with which [`Self::moved`] reaches `other`, if the angle between both `t` is below 90 degrees.
     pub(super) fn step_to(&self, other: &Self) -> Vector5<f64> {
         let w = stereo_selfcal::geometry::so3::log(&(other.r * self.r.inverse()));
         let along = self.t.dot(&other.t);

@@ -1,10 +1,11 @@
 //! Five-point RANSAC with refinement, as is common practice.
 //!
-//! M. A. Fischler and R. C. Bolles, 1981; minimal samples by `five_point`; truncated squares of Sampson residuals as
-//! the score (Torr and Zisserman, MSAC, 2000); samples until one of true matches only was drawn with a probability of
-//! 0.999. The best `E` gives the pose with most points in front of both cameras, which is then refined twice on its
-//! inliers. Each pair is solved alone; over pairs the chordal mean of `R` and the mean direction of `t`. The start only
-//! serves to refuse poses that are far from it: two rigs see a plane alike, and the wrong one is far off.
+//! M. A. Fischler and R. C. Bolles, 1981, with minimal samples by `five_point`. The score is the sum of truncated
+//! squares of Sampson residuals (Torr and Zisserman, MSAC, 2000). Samples are drawn until one of them has only true
+//! matches with a probability of 0.999. The best `E` gives the pose with most points in front of both cameras, which is
+//! then refined twice on its inliers. Each pair is solved alone; the estimates are fused by the chordal mean of `R` and
+//! the mean direction of `t`. The start only serves to refuse poses that are far from it. The matches of a plane fit
+//! two poses, and the wrong one is far from the start.
 //!
 //! It is written here, because the crate `eight-point` (2020) needs an old nalgebra, and `kornia-3d`, which has all of
 //! it, brings 165 crates.
@@ -27,7 +28,7 @@ use host_tests::data::Rays;
 /// A match is an inlier within so many deviations of the noise.
 const INLIER_SD: f64 = 3.0;
 
-/// Probability that no sample had true matches only.
+/// The search ends once the probability that every sample has a false match is at most this.
 const MISSED: f64 = 1e-3;
 
 /// Largest number of samples: enough for 60 % of outliers.
@@ -61,8 +62,9 @@ impl Method for Ransac {
     }
 }
 
-/// The inliers of a pair, before any refinement, and their pose; `None` if there is no pose.
+/// The refined pose of a pair, and its inliers; `None` if there is no pose.
 ///
+/// * `noise`: standard deviation of a coordinate, unit depth.
 /// * `seed`: seed of the samples.
 pub(super) fn inliers(
     rays: &[Rays],
@@ -78,13 +80,13 @@ pub(super) fn inliers(
 /// RANSAC on one pair.
 struct Search<'a> {
     rays: &'a [Rays],
-    /// Largest Sampson residual of an inlier.
+    /// Largest Sampson residual of an inlier, unit depth.
     limit: f64,
     start: Pose,
 }
 
 impl Search<'_> {
-    /// The best pose of all samples, refined.
+    /// The best pose of all samples, refined; `None` if there is no pose, or the refinement fails.
     fn refined(&self, seed: u64) -> Option<Pose> {
         let mut pose = self.best(seed)?;
         for _ in 0..REFINEMENTS {
@@ -95,7 +97,8 @@ impl Search<'_> {
         Some(pose)
     }
 
-    /// The best pose of all samples, by truncated squares.
+    /// The pose with the least score among the poses of all samples that are near the start. `None` without such a
+    /// pose, and for [`FEWEST`] rays or fewer.
     fn best(&self, seed: u64) -> Option<Pose> {
         if self.rays.len() <= FEWEST {
             return None;
@@ -120,7 +123,7 @@ impl Search<'_> {
         best
     }
 
-    /// Sum of squares truncated at the limit, and share of inliers.
+    /// Sum of the squared residuals, truncated at the limit and in units of its square, and share of inliers.
     fn score(&self, e: &Matrix3<f64>) -> (f64, f64) {
         let (mut score, mut inliers, mut all) = (0.0, 0.0, 0.0);
         for rays in self.rays {
@@ -137,7 +140,7 @@ impl Search<'_> {
         rays.filter(|rays| sampson(e, rays).abs() <= self.limit).copied().collect()
     }
 
-    /// The pose of a matrix, if the rig may have it.
+    /// The pose of a matrix, if it is near the start ([`gate::is_near`]).
     fn near_the_start(&self, e: &Matrix3<f64>) -> Option<Pose> {
         let pose = decomposed(e, &self.inliers(e))?;
         gate::is_near(&pose, &self.start).then_some(pose)

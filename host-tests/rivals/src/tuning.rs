@@ -18,7 +18,7 @@ pub struct Tuning {
     pub gated: bool,
     /// A redescending loss starts at a wide scale, halved step by step.
     pub annealed: bool,
-    /// Outliers are removed by their residual, and the others fitted by least squares.
+    /// Outliers are removed by their residual, and the other matches are fitted by least squares.
     pub rejecting: bool,
     /// A filter expects a rig that moves.
     pub agile: bool,

@@ -18,7 +18,7 @@ pub struct Variant {
 }
 
 impl Variant {
-    /// `hansen: RANSAC, agile`.
+    /// Name of the method and its changed settings: `hansen: RANSAC, agile`.
     #[must_use]
     pub fn name(&self) -> String {
         format!("{}: {}", self.method.name(), self.tuning.words())
@@ -61,12 +61,12 @@ impl Variant {
     }
 }
 
-/// Number of settings of each method.
+/// Selection of the settings of each method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Range {
-    /// All.
+    /// All settings that are compared.
     All,
-    /// The settings of its file's header, and the ones that serve most methods best.
+    /// The default settings, and the settings that serve most methods best.
     Few,
 }
 

@@ -12,14 +12,15 @@ const ONE_DECADE: f64 = 1.0;
 /// Least height of a bar above the start of its axis, decades.
 const LEAST_BAR: f64 = 0.1;
 
-/// Approximate number of ticks of a linear axis, and largest number for any axis.
+/// Approximate number of ticks of [`Axis::linear`], and largest number of ticks of a linear axis and of decades with
+/// ticks of a logarithmic axis.
 const LINEAR_TICKS: f64 = 6.0;
 const MOST_TICKS: i32 = 20;
 
 /// Tolerance that keeps the ticks at both ends of a range, in steps or decades.
 const ROUNDING: f64 = 1e-9;
 
-/// One direction of a chart.
+/// A horizontal or vertical axis of a chart.
 #[derive(Debug, Clone)]
 pub struct Axis {
     /// Ends of the axis; their decimal logarithms if the axis is logarithmic.
@@ -30,7 +31,7 @@ pub struct Axis {
 }
 
 impl Axis {
-    /// Logarithmic, around all positive values.
+    /// Logarithmic, around all positive values, but over at most six decades below the largest, and a margin.
     #[must_use]
     pub fn log(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = log_extremes(values);
@@ -39,8 +40,8 @@ impl Axis {
         Self { ticks: log_ticks(&range), range, log: true }
     }
 
-    /// Logarithmic, in whole decades around all positive values. The least value is visibly above the
-    /// start of the axis, where bars begin.
+    /// Logarithmic, in whole decades around all positive values that are at most six decades below the largest. The
+    /// least value is visibly above the start of the axis, where bars begin.
     #[must_use]
     pub fn decades(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = log_extremes(values);
@@ -130,14 +131,14 @@ fn extremes(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// The next of 1, 2, 5, 10 and so on.
+/// The least number of the series 1, 2, 5, 10, ... (times any power of ten) that is `least` or more.
 fn nice_step(least: f64) -> f64 {
     let decade = 10_f64.powf(least.log10().floor());
     let steps = [1.0, 2.0, 5.0, 10.0].map(|step| step * decade);
     steps.into_iter().find(|&step| step >= least).unwrap_or(least)
 }
 
-/// Ticks have few digits; further digits are rounding errors.
+/// Text of a tick, with at most nine decimals; further decimals are rounding errors.
 fn label(tick: f64) -> String {
     format!("{}", (tick * 1e9).round() / 1e9)
 }

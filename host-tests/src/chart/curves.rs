@@ -59,11 +59,12 @@ pub struct Curve {
     pub color: Option<Color>,
     /// How it is drawn.
     pub line: Line,
-    /// Points in the order of `x`; a value that is not a positive number is a gap.
+    /// Points in the order of `x`. A missing value is a gap, and on a logarithmic axis so is a value that is not
+    /// positive.
     pub points: Vec<(f64, Option<f64>)>,
 }
 
-/// Bars of one series, one for each group; a cross for a missing value.
+/// Bars of one series, one for each group; a cross for a value that is missing or not positive.
 #[derive(Debug, Clone)]
 pub struct Bars {
     /// Colour of the series.

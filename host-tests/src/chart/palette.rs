@@ -70,7 +70,7 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// Colour of a share, 0 (dark blue) to 1 (yellow), with uniform steps of lightness.
+/// Colour of a share, 0 (dark purple) to 1 (yellow), with uniform steps of lightness.
 #[must_use]
 pub fn viridis(share: f64) -> Rgb {
     let place = share.clamp(0.0, 1.0) * 8.0;

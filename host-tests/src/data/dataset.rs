@@ -64,7 +64,7 @@ impl Dataset {
     /// The rig of a `meta.json`, of a folder, or of the shipped set of that name.
     ///
     /// # Errors
-    /// Names the file.
+    /// As [`Dataset::find`]. For a `meta.json`, the error names the file.
     pub fn find_meta(place: &Path) -> Result<Meta> {
         if place.is_file() { Meta::read(place) } else { Ok(Self::find(place)?.meta) }
     }
@@ -82,10 +82,10 @@ impl Dataset {
         Ok(Self { name, meta, pairs, rigs })
     }
 
-    /// Writes a folder that [`Dataset::load`] reads back. The folder must not exist, or be empty.
+    /// Writes a folder that [`Dataset::load`] reads back, if there is a pair.
     ///
     /// # Errors
-    /// Names the file.
+    /// If the folder exists and is not empty, or a file cannot be written; names the file.
     pub fn save(&self, dir: &Path) -> Result<()> {
         let mut folder = PairsFolder::begin(dir, &self.meta)?;
         for pair in &self.pairs {

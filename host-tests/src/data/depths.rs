@@ -1,4 +1,4 @@
-//! True depths of matches: `truth/NNNN.csv` beside the pairs of a data set.
+//! True depths of matches: `truth/NNNN.csv` beside the pairs of a data set. `NNNN` is the number of the pair, from 0.
 
 use std::fs;
 use std::path::Path;

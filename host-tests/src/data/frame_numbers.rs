@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// A set of numbers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct FrameNumbers {
-    /// First and last of each range.
+    /// Last number of each range, by its first number.
     ranges: BTreeMap<u64, u64>,
 }
 

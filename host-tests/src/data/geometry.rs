@@ -24,7 +24,8 @@ pub fn rows(m: &Matrix3<f64>) -> Rows {
 /// The same extrinsics in `f64`.
 ///
 /// # Panics
-/// Never: `Extrinsics` of either scalar are valid in the other.
+/// If rounding moves the baseline across the least angle to an optical axis that [`Extrinsics`] allows. `Extrinsics`
+/// further from this limit are valid in both scalars.
 #[must_use]
 pub fn in_f64<T: Scalar>(extrinsics: &Extrinsics<T>) -> Extrinsics<f64> {
     let r = Matrix3::from_row_slice(&extrinsics.rotation_row_major().map(T::to_f64));

@@ -75,7 +75,7 @@ impl Meta {
     /// with a look-up table can: for the rectified ray `(x, y)` it samples the left image at `(x, y - a x y)`.
     pub const LENS_YAW: &str = "lens_yaw";
 
-    /// Value of [`Self::LENS_YAW`], rad; `None` if the key is absent or the value is 0.
+    /// Value of [`Self::LENS_YAW`], rad; `None` if the key is absent, or the value is 0 or not a number.
     #[must_use]
     pub fn lens_yaw(&self) -> Option<f64> {
         self.other.get(Self::LENS_YAW)?.as_f64().filter(|a| *a != 0.0)
@@ -214,7 +214,7 @@ impl LensModel {
     }
 }
 
-/// Checks for a camera matrix `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]`.
+/// Checks that a matrix is a camera matrix `[[fx, 0, cx], [0, fy, cy], [0, 0, 1]]` with `fx` and `fy` above 0.
 ///
 /// # Errors
 /// Says what is wrong with the matrix, and the remedy.

@@ -24,7 +24,7 @@ const HEADER: usize = 8;
 /// One pair.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TruePair {
-    /// `x_l y_l x_r y_r` of each correspondence, true or false, unit depth.
+    /// `x_l y_l x_r y_r` at unit depth of each correspondence, inliers and outliers.
     pub rays: Vec<[f64; 4]>,
     /// The true extrinsics.
     pub truth: Extrinsics<f64>,
@@ -33,12 +33,12 @@ pub struct TruePair {
 /// All pairs of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PairFile {
-    /// All pairs have the same number of correspondences.
+    /// The pairs. [`PairFile::encode`] refuses pairs that differ in the number of correspondences.
     pub pairs: Vec<TruePair>,
 }
 
 impl PairFile {
-    /// Number of correspondences of each pair.
+    /// Number of correspondences of the first pair; 0 without pairs.
     #[must_use]
     pub fn matches(&self) -> usize {
         self.pairs.first().map_or(0, |pair| pair.rays.len())
@@ -87,7 +87,7 @@ impl PairFile {
     ///
     /// # Errors
     /// If the length differs from the length that the header gives, there are no pairs or no correspondences, a number
-    /// is not finite, or the truth of a pair is not a stereo rig.
+    /// is not finite, or the truth of a pair is not a stereo rig or has the wrong sign of `t` ([`WrongSign`]).
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let (header, body) =
             bytes.split_at_checked(HEADER).context("it is shorter than its header of 8 bytes")?;

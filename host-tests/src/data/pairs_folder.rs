@@ -16,10 +16,10 @@ pub struct PairsFolder {
 }
 
 impl PairsFolder {
-    /// Begins a data set with its rig. The folder must not exist, or be empty.
+    /// Begins a data set: writes its rig.
     ///
     /// # Errors
-    /// Names the file.
+    /// If the folder exists and is not empty, or a file cannot be written; names the file.
     pub fn begin(dir: &Path, meta: &Meta) -> Result<Self> {
         if dir.exists() && fs::read_dir(dir)?.next().is_some() {
             bail!("{} is not empty: nothing is overwritten", dir.display());

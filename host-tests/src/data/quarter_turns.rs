@@ -20,7 +20,7 @@ impl QuarterTurns {
         Self([left, (left + Self::of_right(meta)) % 4])
     }
 
-    /// The turn of the right image that brings its roll closest to that of the left one.
+    /// Number of clockwise quarter turns of the right image that bring its roll closest to the roll of the left one.
     #[must_use]
     pub fn of_right(meta: &Meta) -> u8 {
         let r = matrix(&meta.r);
@@ -44,7 +44,10 @@ impl QuarterTurns {
         Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0)
     }
 
-    /// Maps a pixel of a turned image to the image before its turn, whose size is given.
+    /// Maps a pixel of a turned image to the image before its turn.
+    ///
+    /// * `side`: 0 for the left image, 1 for the right one.
+    /// * `size`: width and height of the image before its turn, px.
     #[must_use]
     pub fn pixel_back(self, side: usize, size: [u16; 2], [u, v]: [f64; 2]) -> [f64; 2] {
         let [right, bottom] = size.map(|n| f64::from(n) - 1.0);
@@ -114,7 +117,7 @@ impl QuarterTurns {
     }
 }
 
-/// The nearest number of quarter turns, 0 to 3, to an angle in rad.
+/// Number of quarter turns, 0 to 3, that is nearest to an angle, rad.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 3")]
 fn quarters(angle: f64) -> u8 {
     (angle / std::f64::consts::FRAC_PI_2).round().rem_euclid(4.0) as u8

@@ -34,8 +34,11 @@ enum Along {
     Ray,
 }
 
-/// Reads a CSV file with the columns `pair,u,v,range_m,sd_m,along` and optionally `ur,vr`. `along` is `axis` or `ray`;
-/// `u,v` are px of the left image, and `ur,vr` the same point in the right image.
+/// Reads a CSV file with the columns `pair,u,v,range_m,sd_m,along` and optionally `ur,vr`.
+///
+/// `pair` is the number of the pair from 0. `u,v` are px of the left image, and `ur,vr` the same point in the right
+/// image. `range_m` is the distance, and `sd_m` its standard deviation, m. `along` says whether the distance is along
+/// the optical axis (`axis`) or along the ray of the point (`ray`).
 ///
 /// # Errors
 /// Names the file.

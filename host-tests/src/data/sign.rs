@@ -17,12 +17,12 @@ pub struct WrongSign {
 }
 
 impl WrongSign {
-    /// Checks `R` and `t` of `p_r = R p_l + t`, with `t` of any length. The right camera may stand to the right of the
-    /// left one, or to the left if it stands further above or below. The check uses the camera's centre `-R^T t`
-    /// instead of `t`, because a camera may be mounted upside down.
+    /// Checks `R` and `t` of `p_r = R p_l + t`, with `t` of any length. A right camera that stands to the left of the
+    /// left one is accepted only if its vertical offset is larger than its horizontal one. The check uses the camera's
+    /// centre `-R^T t` instead of `t`, because a camera may be mounted upside down.
     ///
     /// # Errors
-    /// If the right camera stands to the left, and not further above or below.
+    /// If the right camera stands to the left, and its vertical offset is not larger.
     pub fn check(r: &Rows, t: [f64; 3]) -> Result<(), Self> {
         let centre = -(matrix(r).transpose() * Vector3::from(t));
         let [x, y] = [centre.x, centre.y];

@@ -1,4 +1,5 @@
-//! Matches tracked over two frames: `quads/NNNN.csv` beside the pairs of a data set.
+//! Matches tracked from one pair to a later one: `quads/NNNN.csv` beside the pairs of a data set. `NNNN` is the number
+//! of the earlier pair, from 0.
 
 use std::fs;
 use std::path::Path;
@@ -74,7 +75,7 @@ fn of_row(row: &Row) -> Track {
     [seen(ul1, vl1, ur1, vr1), seen(ul2, vl2, ur2, vr2)]
 }
 
-/// Rays of the tracks, without the tracks that have a pixel without a ray.
+/// Rays of the tracks. A track with a pixel that has no ray is left out.
 #[must_use]
 pub fn rays_of<T: Scalar>(cameras: &Cameras<T>, tracks: &[Track]) -> Vec<[RayPair<T>; 2]> {
     let rays = |[one, two]: &Track| {

@@ -89,7 +89,9 @@ pub struct Turn {
 }
 
 impl Turn {
-    /// * `camera`: the turned camera.
+    /// A turn of the cameras of a rig.
+    ///
+    /// * `view`: direction of the turned camera; of the left one if both are turned.
     ///
     /// # Errors
     /// If the cameras of the rig are not valid.
@@ -151,7 +153,7 @@ impl Turn {
         self.views.map(|view| view.map(|view| view.rotation(self.degrees)))
     }
 
-    /// The turned matches of a pair, without those that leave an image.
+    /// The turned matches of a pair, without those that leave an image or have no ray in their camera.
     #[must_use]
     pub fn pair(&self, pair: &[Match]) -> Vec<Match> {
         let [left, right] = self.rotations();
@@ -168,7 +170,7 @@ impl Turn {
     }
 }
 
-/// Pixel of the same point after the turn `r` of the camera; `None` if it leaves the image.
+/// Pixel of the same point after the turn `r` of the camera; `None` if it leaves the image, or the pixel has no ray.
 fn turned_pixel(camera: &Camera<f64>, r: &Matrix3<f64>, pixel: [f64; 2]) -> Option<[f64; 2]> {
     let ray = camera.ray(pixel).ok()?;
     let p = r * Vector3::new(ray.x, ray.y, 1.0);

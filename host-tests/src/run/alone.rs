@@ -1,4 +1,5 @@
-//! Pairs alone: a fresh calibrator solves each pair, as the definition of `sigma_t` and `sigma_theta` requires.
+//! Pairs alone: a calibrator without earlier pairs solves each pair, as the definition of `sigma_t` and `sigma_theta`
+//! (eqs 25, 26) requires.
 //!
 //! In a run, the robust preset solves a pair from the running estimate, so the solution depends on earlier pairs.
 

@@ -19,20 +19,20 @@ pub struct Checked {
     pub correction: LensCorrection<f64>,
     /// Error of the extrinsics in use, rad; `None` without a reference.
     pub error: Option<Deviation<f64>>,
-    /// The likeliest mistake in the rig file or the matcher, after the pair.
+    /// The likeliest mistake in the rig file or the matcher, after the pair; `None` if pairs show none.
     pub cause: Option<Cause>,
     /// The health over the pair, before the estimate was applied; `None` if the calibrator has no health to report.
     pub health: Option<Checks>,
 }
 
-/// [`Health`] in `f64`, without the parts that are also in [`Estimate`](super::Estimate).
+/// The parts of [`Health`] that a run records, in `f64`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Checks {
     /// Answer to an arming check.
     pub may_arm: bool,
     /// Reasons not to rely on the estimate.
     pub reasons: Reasons,
-    /// Verdict on the calibration in use.
+    /// Rating of the calibration in use.
     pub band: Band,
     /// Expected error of the yaw in use, rad ([`Health::yaw`]): the error of depth is `Z^2 / b` times this.
     pub yaw_sd: f64,
@@ -48,6 +48,7 @@ impl Checked {
     /// The report of a calibrator.
     ///
     /// * `given`: the calibrator's cameras before any correction.
+    /// * `health`: the health over the last pair, before the estimate was applied.
     /// * `truth`: truth of the pair, if known.
     #[must_use]
     pub fn of<T: Scalar, const N: usize>(
@@ -79,7 +80,7 @@ impl Checked {
         self.health.is_some_and(|health| health.may_arm)
     }
 
-    /// Reasons against arming or against the estimate; may be empty.
+    /// Reasons against arming or against the estimate, then the likely cause, in words; may be empty.
     #[must_use]
     pub fn reasons(&self) -> Vec<String> {
         let mut all: Vec<_> = match self.health {

@@ -11,12 +11,12 @@ use super::summary::SCREEN_PX;
 use crate::data::depths::TrueDepth;
 use crate::data::{Dataset, Match};
 
-/// Largest errors of a correct match under the reference, px of disparity and of rows. A match with a larger error does
-/// not count.
+/// Largest errors of a correct match, px of disparity and of rows, with the reference. Without a reference, the errors
+/// are with the extrinsics of the start. A match with a larger error does not count.
 const WRONG_PX: [f64; 2] = [6.0, 3.0];
 
-/// A match counts as behind infinity if its disparity is below minus this, px. Noise alone may make the disparity of a
-/// far match slightly negative.
+/// A match counts as behind infinity if its disparity is minus this or less, px. Noise alone may make the disparity of
+/// a far match slightly negative.
 const BEHIND_PX: f64 = 1.0;
 
 /// Depths at which errors are given, m.
@@ -37,7 +37,7 @@ pub struct ExpectedDepth {
 }
 
 impl ExpectedDepth {
-    /// `None` unless the calibrator is locked.
+    /// The prediction after the last pair; `None` unless the calibrator is locked then.
     pub(super) fn of(set: &Dataset, log: &RunLog) -> Result<Option<Self>> {
         let Some(fused) = log.fused().filter(|fused| fused.state == State::Locked) else {
             return Ok(None);
@@ -79,7 +79,9 @@ pub struct DepthErrors {
 }
 
 impl DepthErrors {
-    /// The medians over the pairs with the same rig as the last pair. `None` without matches of known depth.
+    /// The medians over the pairs with the same rig as the last pair. `None` without correct matches of known depth.
+    ///
+    /// * `truth`: true depths of the matches of each pair.
     ///
     /// # Errors
     /// If the length of the baseline is not known, or the cameras are not valid.
@@ -138,7 +140,7 @@ pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>
     Ok((in_row > 0.0).then(|| behind / in_row))
 }
 
-/// The calibration in use after the last pair.
+/// The calibration in use after the last pair; the start of the run if the run has not recorded it.
 fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
     match log.steps().last().and_then(|step| step.checked) {
         Some(used) => set.calibration(&used.in_use, &used.correction),
@@ -154,7 +156,7 @@ fn error_px(of: &Calibration<f64>, m: &Match, depth_m: f64, baseline_m: f64) -> 
 }
 
 /// Disparity and row offset of the rectified rays at unit depth, and the rectified z of the left ray, whose z is 1 in
-/// the left camera frame.
+/// the left camera frame. `None` if a pixel has no ray.
 fn offsets(of: &Calibration<f64>, m: &Match) -> Option<[f64; 3]> {
     let rays = of.cameras.rays(&m.correspondence()).ok()?;
     let rotations = RectifyingRotations::from(&of.extrinsics);

@@ -24,11 +24,12 @@ pub struct Estimate {
     pub sd_lens: StandardDeviations<f64>,
     /// Whether the pairs have determined the baseline direction.
     pub baseline_observed: bool,
-    /// Lens errors that the pairs show.
+    /// Lens errors that the pairs show; `None` without a lens prior.
     pub lens: Option<Lens>,
     /// Apparent yaw of the lens, rad.
     pub lens_yaw: Finding<f64>,
-    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad. Without a covariance, `sd.rotation`.
+    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad. Without a covariance it is
+    /// `sd.rotation`.
     pub yaw_sd: f64,
     /// Motion of the rig about the estimate, rad RMS.
     pub vibration: Vibration<f64>,
@@ -41,19 +42,19 @@ pub struct Estimate {
 /// [`LensEstimate`] in `f64`. Code outside the core cannot construct a `LensEstimate`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lens {
-    /// Error of the focal length, relative.
+    /// Relative error of the focal length, right minus left.
     #[serde(serialize_with = "value_and_sd")]
     pub focal: Finding<f64>,
-    /// Error of the radial coefficient.
+    /// Error of the radial coefficient `k1`, right minus left.
     #[serde(serialize_with = "value_and_sd")]
     pub k1: Finding<f64>,
-    /// Error of the radial coefficient, mean of both cameras.
+    /// Error of the radial coefficient `k1`, mean of both cameras.
     #[serde(serialize_with = "value_and_sd")]
     pub k1_mean: Finding<f64>,
-    /// Error of the tangential coefficient.
+    /// Error of the tangential coefficient `p1`, right minus left.
     #[serde(serialize_with = "value_and_sd")]
     pub p1: Finding<f64>,
-    /// Error of the principal column, px.
+    /// Error of the column of the principal point, right minus left, px.
     #[serde(serialize_with = "value_and_sd")]
     pub principal_x_px: Finding<f64>,
 }

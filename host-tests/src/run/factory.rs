@@ -8,8 +8,9 @@ use crate::data::Meta;
 /// The factory calibration of a run: the cameras of the rig, the extrinsics of the start, and, from the rig's file, the
 /// length of the baseline and the standard deviation of the yaw.
 ///
-/// Without a deviation in the file, `R = I`, `t = (-1, 0, 0)` counts as a calibration if the images were recorded and
-/// then rectified, and as a guess otherwise. Any other start counts as a calibration.
+/// If the file has the key of the deviation, but a value that is null or out of range, the yaw counts as a guess.
+/// Without the key, `R = I`, `t = (-1, 0, 0)` counts as a calibration if the images were recorded and then rectified,
+/// and as a guess otherwise. Any other start counts as a calibration.
 ///
 /// # Errors
 /// If the cameras are not valid.

@@ -2,7 +2,7 @@
 
 use crate::data::Match;
 
-/// Largest number of matches held; each pair counts as one more.
+/// Largest number of matches and pairs held, added up. A single pair may have more.
 const MOST: usize = 1 << 18;
 
 /// Keeps all pairs while there are few, then every 2nd, then every 4th, and so on, from the first pair on.
@@ -38,7 +38,7 @@ impl KeptPairs {
         }
     }
 
-    /// The pairs.
+    /// The kept pairs, in their order.
     #[must_use]
     pub fn into_pairs(self) -> Vec<Vec<Match>> {
         self.pairs

@@ -13,7 +13,7 @@ use super::step::{Alone, Solved, Step, Verdict};
 use super::totals::Totals;
 use crate::data::in_f64;
 
-/// A run being evaluated.
+/// Results of a run so far, and the truth that they are compared with.
 #[derive(Debug, Clone)]
 pub struct RunLog {
     /// True extrinsics of the latest pair; `None` without a known reference.
@@ -68,7 +68,7 @@ impl RunLog {
         Self { truths, ..self }
     }
 
-    /// Records one pair.
+    /// Records one pair, and returns its step.
     ///
     /// * `offered`, `taken`: numbers of correspondences in the data set and in the batch.
     /// * `outcome`: report of the solved pair and result of its fusion, or why the pair was not solved.
@@ -189,13 +189,13 @@ impl RunLog {
         self.truth.as_ref()
     }
 
-    /// The estimate so far.
+    /// The estimate after the latest pair; `None` if there is no estimate then.
     #[must_use]
     pub fn fused(&self) -> Option<&Estimate> {
         self.fused.as_ref()
     }
 
-    /// Whether the estimate has restarted with a corrected lens.
+    /// Whether the estimate has restarted with a corrected lens in any pair so far.
     #[must_use]
     pub fn has_begun_again(&self) -> bool {
         self.totals().began_again

@@ -17,7 +17,7 @@ use crate::bounds::{cramer_rao, joint_fit};
 use crate::data::{Match, Rays, in_f64};
 use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
 
-/// Capacity for the matches of any scenario.
+/// Capacity of the calibrators: the largest number of matches of a pair of any scenario kind by default.
 pub const CAPACITY: usize = 512;
 
 /// Least number of true matches for a bound or a joint fit.
@@ -39,13 +39,13 @@ pub struct AfterPair {
     pub found: Extrinsics<f64>,
     /// Error of the estimate against the truth of this pair.
     pub error: Deviation<f64>,
-    /// Error of the extrinsics in use.
+    /// Error of the extrinsics in use, after an attempt to apply the estimate.
     pub in_use: Deviation<f64>,
-    /// Error over its reported standard deviation, the larger of those of `R` and `t`.
+    /// Error divided by its reported standard deviation with the lens as given, the larger ratio of `R` and `t`.
     pub error_in_sd: f64,
     /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
     pub nees: f64,
-    /// Doubt about the estimate.
+    /// The strongest reason against the estimate that comes from the matches.
     pub doubt: Option<Reason>,
 }
 
@@ -61,7 +61,7 @@ pub struct Run {
 }
 
 impl Run {
-    /// Number of the first pair, from 0, after which the state was locked.
+    /// Number of the first pair, from 0, after which the state was locked; `None` if it never was.
     #[must_use]
     pub fn locked_at(&self) -> Option<usize> {
         self.pairs.iter().position(|m| m.is_some_and(|m| m.state == State::Locked))
@@ -98,7 +98,8 @@ pub fn runs<T: Scalar>(
 }
 
 /// One run of any length, in constant memory: the number of pairs and the state after 10, 100, 1000, ... pairs and
-/// after the last pair.
+/// after the last pair, where there is an estimate. Only [`Scenario::scene`] generates the pairs: the scene of every
+/// pair is the same, and the rig does not move.
 ///
 /// * `each`: called after each pair.
 ///
@@ -113,7 +114,8 @@ pub fn long_run<T: Scalar>(
     let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut kept = Vec::new();
     let mut due = 10;
-    // Not `Scenario::frames`, which checks the scene of every pair: for a million pairs, the checks take hours.
+    // `Scenario::frames` is not used, because it checks the scene of every pair. For a million pairs the checks take
+    // hours.
     for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
         let after_pair = step(&mut calibrator, &pair, &scenario.scene.rig);
         if at == due || at == scenario.pairs {
@@ -134,7 +136,8 @@ pub(super) fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     Ok(Cameras { left: camera, right: camera })
 }
 
-/// A calibrator with the cameras of a scenario.
+/// A calibrator with the nominal cameras of a scenario. It starts from the rig of the scene if the scenario is
+/// commissioned, and from a guess otherwise; a rangefinder gives the length of the baseline.
 ///
 /// # Errors
 /// If a parameter of the scenario is out of range.
@@ -157,7 +160,7 @@ pub fn calibrator<T: Scalar>(
     Ok(Box::new(Calibrator::new(config, &factory)))
 }
 
-/// Takes one pair, and applies the estimate if possible.
+/// Takes one pair, and applies the estimate if possible. `None` without an estimate.
 fn step<T: Scalar>(
     calibrator: &mut Calibrator<T, CAPACITY>,
     pair: &SynthPair,

@@ -41,7 +41,7 @@ const ROTATION: Rgb = SERIES[9].light;
 /// Bins of the histogram; an even number, so that 0 is the edge of a bin.
 const BINS: u32 = 60;
 
-/// Share of the row offsets under the extrinsics of the start that the histogram contains.
+/// Least share of the row offsets under the extrinsics of the start that the histogram contains.
 const SHOWN: f64 = 0.98;
 
 /// Least half-width of the histogram, px.
@@ -50,9 +50,10 @@ const MIN_LIMIT_PX: f64 = 2.0;
 /// Writes the picture as SVG; missing folders are created, an older file is replaced.
 ///
 /// Left: two histograms of row offsets, px: under the extrinsics that the run started from, and under the fused ones.
-/// Both count the matches within [`SCREEN_PX`] of their row under the fused extrinsics. Right: errors against the
-/// reference, degrees, of each pair alone and of the running estimate. A band shows the standard deviation that the
-/// estimate reports, and a dashed line the standard error of the reference, if known.
+/// Both count the matches within [`SCREEN_PX`] of their row under the fused extrinsics. Without fused extrinsics there
+/// is only the first histogram, over all matches. Right: errors against the reference, degrees, of each pair alone and
+/// of the running estimate. A band shows the standard deviation that the estimate reports, and a dashed line the
+/// standard error of the reference, if known.
 ///
 /// # Errors
 /// If the data set's cameras are not valid, or the file cannot be written.
@@ -158,7 +159,8 @@ impl Histogram {
 }
 
 impl Counts {
-    /// Counts offsets in [`BINS`] bins from `-limit` to `limit`, px. Offsets beyond the limit are in no bin.
+    /// Counts offsets in [`BINS`] bins from `-limit` to below `limit`, px. Other offsets are in no bin, but count in
+    /// the median.
     fn within(limit: f64, offsets: &[f64]) -> Self {
         let width = 2.0 * limit / f64::from(BINS);
         let edge = |i: u32| f64::from(i) * width - limit;
@@ -209,11 +211,11 @@ fn draw_offsets(svg: &mut Svg, left: f64, histogram: &Histogram) {
 struct Curve {
     name: &'static str,
     color: Rgb,
-    /// Error of each pair alone.
+    /// Number of each pair, from 1, and its error when solved alone.
     singles: Vec<Point>,
-    /// Error of the running estimate.
+    /// Number of each pair, from 1, and the error of the running estimate.
     running: Vec<Point>,
-    /// Reported deviation of the running estimate.
+    /// Number of each pair, from 1, and the reported deviation of the running estimate, with the lens uncertain.
     reported: Vec<Point>,
     /// Standard error of the reference.
     reference: Option<f64>,

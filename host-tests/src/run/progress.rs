@@ -1,4 +1,4 @@
-//! Progress of long work: a bar on a terminal; no output elsewhere.
+//! Progress of long work: a bar on standard error if it is a terminal, and no output otherwise.
 
 use std::io::{self, IsTerminal, Write};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -32,6 +32,8 @@ struct State {
 }
 
 /// A bar over `count` items.
+///
+/// * `things`: name of the items, which follows the number.
 #[must_use]
 pub fn over(count: usize, things: &str) -> Bar {
     Bar::new(Some(count as u64), things)
@@ -79,7 +81,7 @@ impl Bar {
         self.update(|state| state.words = words.into());
     }
 
-    /// Clears the bar, prints, and draws the bar again.
+    /// Clears the bar, calls `print`, draws the bar again, and returns the result of `print`.
     pub fn suspend<T>(&self, print: impl FnOnce() -> T) -> T {
         let Some(mut state) = self.lock() else { return print() };
         state.clear();

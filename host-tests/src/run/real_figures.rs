@@ -28,7 +28,7 @@ pub struct Figures {
     pub joint_fit: Deviation<f64>,
     /// RMS of the Cramer-Rao bounds of all true matches.
     pub bound: Deviation<f64>,
-    /// Reported standard deviation at the end, median.
+    /// Reported standard deviation at the end, with the lens uncertain, median.
     pub sd: Deviation<f64>,
     /// Ratio of the error of `t` to its reported deviation at the end, 95th percentile and worst.
     pub t_in_sd: [f64; 2],
@@ -60,7 +60,7 @@ pub struct Figures {
     pub in_use_r: [f64; 2],
     /// Largest ratio of the error of `t` in use at the end to the error of `t` at the start.
     pub in_use_growth: f64,
-    /// RMS row offset with the calibration in use at the end, px, median.
+    /// RMS row offset over the last pair, with the calibration in use before the estimate is applied, px, median.
     pub in_use_px: f64,
 }
 

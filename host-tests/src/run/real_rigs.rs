@@ -24,12 +24,12 @@ pub struct RealPair {
     pub armed: bool,
     /// The estimate after the pair; `None` before the first.
     pub claim: Option<Claim>,
-    /// Estimated vibration of `R` and of `t`, rad RMS.
+    /// Estimated vibration of `R` and of `t`, rad RMS; 0 without an estimate.
     pub vibration: [f64; 2],
     /// Error of the extrinsics in use, after an attempt to apply the estimate.
     pub in_use: Deviation<f64>,
     /// RMS row offsets from the health, px: with the extrinsics in use before the estimate was applied, and with the
-    /// estimate.
+    /// estimate. `None` without a health.
     pub rms_px: Option<[f64; 2]>,
 }
 

@@ -1,4 +1,4 @@
-//! Stable names of the reasons why a match or a pair was not taken.
+//! Stable names of the reasons why a match, a pair, a range reading or a motion was not taken.
 
 use std::collections::BTreeMap;
 

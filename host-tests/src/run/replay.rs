@@ -23,7 +23,7 @@ pub enum Capacity {
     /// The capacity on a vehicle.
     #[value(name = "256")]
     N256,
-    /// More than any pair of the recorded sets has.
+    /// More than any pair of the shipped sets has.
     #[value(name = "2048")]
     N2048,
 }
@@ -49,7 +49,7 @@ pub trait ReplayScalar: Scalar {
     fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>>;
 }
 
-/// Makes the calibrator of a rig.
+/// Makes the calibrator of a run, and the solver of its pairs alone.
 type NewReplayed<T> = fn(Config, &FactoryCalibration<T>) -> Box<dyn Replayed>;
 
 impl ReplayScalar for f32 {
@@ -149,7 +149,7 @@ impl Running {
         Ok(Self { replayed, apply, ranges: Ranges::new(), tracks: Vec::new(), log })
     }
 
-    /// Solves and fuses the next pair.
+    /// Solves and fuses the next pair, and returns its step.
     pub fn push(&mut self, pair: &[Match]) -> Option<&Step> {
         let number = self.log.pairs();
         let ranges = self.ranges.remove(&number).unwrap_or_default();
@@ -182,7 +182,7 @@ pub struct Feed<'a> {
 }
 
 impl<'a> Feed<'a> {
-    /// The pairs of a data set.
+    /// The pairs of a data set, without range readings and tracks. The log keeps all pairs.
     ///
     /// # Errors
     /// If the rig of a pair is not valid.
@@ -199,7 +199,7 @@ impl<'a> Feed<'a> {
     }
 }
 
-/// Replays every pair of a data set; nothing is applied.
+/// Replays every pair of a data set, with [`Capacity::N2048`]; nothing is applied.
 ///
 /// # Errors
 /// If the data set's rig is not valid.

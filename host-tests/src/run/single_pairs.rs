@@ -41,7 +41,7 @@ pub struct SinglePairStats {
     pub failures: usize,
     /// Number of pairs without an estimate: the calibrator did not solve them.
     pub refused: usize,
-    /// Number of passes over the batch, mean.
+    /// Number of passes over the batch, mean over the pairs with an estimate.
     pub passes: f64,
 }
 
@@ -71,11 +71,11 @@ struct TimedPair {
 ///
 /// * `focal`: focal length of the calibrator's camera, px.
 /// * `rounds`: number of timed rounds over the file; an untimed round comes first.
-/// * `each`: called after each pair.
+/// * `each`: called after each pair of each round.
 ///
 /// # Errors
 /// If a ray has a coordinate above 10 at unit depth (84 degrees from the axis), the image at this focal length is too
-/// large, or the pairs are longer than the capacity.
+/// large, the focal length is out of range, or the pairs are longer than the capacity.
 pub fn run<T: Scalar, const N: usize>(
     file: &PairFile,
     config: Config,
@@ -140,7 +140,7 @@ fn solve<T: Scalar, const N: usize>(
     Ok(TimedPair { push, solve, found })
 }
 
-/// The smallest pinhole camera that sees all rays, with the principal point in the middle of the image.
+/// A pinhole camera whose image is just large enough for all rays, with the principal point in its middle.
 struct BenchCamera {
     focal: f64,
     centre: [f64; 2],

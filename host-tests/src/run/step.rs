@@ -25,7 +25,7 @@ pub enum Verdict {
 pub struct Step {
     /// Number of correspondences that the data set has for this pair.
     pub offered: usize,
-    /// Number of correspondences that the calibrator took.
+    /// Number of correspondences in the batch: neither refused, nor left out of a full batch.
     pub taken: usize,
     /// Number of refused correspondences for each reason; empty if the run has not counted them.
     pub refused: CountByReason,
@@ -33,11 +33,12 @@ pub struct Step {
     pub witnessed: WitnessCounts,
     /// Outcome of the pair.
     pub verdict: Verdict,
-    /// The solution of the pair in the run; the robust preset starts it from the running estimate.
+    /// The solution of the pair in the run; `None` if it is not solved. The robust preset starts it from the running
+    /// estimate.
     pub solved: Option<Solved>,
     /// The pair solved alone, if the run has noted it.
     pub alone: Option<Alone>,
-    /// Error of the running estimate after this pair.
+    /// Error of the running estimate after this pair; `None` without an estimate or without a reference.
     pub running: Option<Deviation<f64>>,
     /// The running estimate after this pair.
     pub estimate: Option<Estimate>,

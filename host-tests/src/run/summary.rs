@@ -60,11 +60,12 @@ pub struct Summary {
     pub r: Option<[f64; 9]>,
     /// Fused unit baseline direction.
     pub t: Option<[f64; 3]>,
-    /// Reported standard deviation of the fused rotation.
+    /// Reported standard deviation of the fused rotation, with the lens as given.
     pub sd_rotation: Option<f64>,
-    /// Reported standard deviation of the fused baseline direction.
+    /// Reported standard deviation of the fused baseline direction, with the lens as given.
     pub sd_translation: Option<f64>,
-    /// RMS row offset of the factory extrinsics over the screened matches of all pairs, px.
+    /// RMS row offset of the factory extrinsics over the matches within [`SCREEN_PX`] of their row with the fused
+    /// extrinsics, px.
     pub rms_px_before: Option<f64>,
     /// RMS row offset of the fused extrinsics over the same matches, px.
     pub rms_px_after: Option<f64>,
@@ -83,7 +84,8 @@ pub struct Summary {
     pub lens_yaw: Option<f64>,
     /// Standard deviation of `lens_yaw`, rad.
     pub lens_yaw_sd: Option<f64>,
-    /// Expected error of the yaw in use, rad, with the lens uncertain: the error of depth is `Z^2 / b` times this.
+    /// Expected error of the yaw in use, rad, with the lens uncertain, before the estimate of the last pair was
+    /// applied: the error of depth is `Z^2 / b` times this.
     pub yaw_sd: Option<f64>,
     /// Results of range readings and of tracked matches.
     pub witnesses: WitnessCounts,
@@ -94,7 +96,7 @@ pub struct Summary {
     pub in_use: Option<InUse>,
     /// Whether the health over the last pair permits arming.
     pub armed: bool,
-    /// Reasons against arming or against the estimate.
+    /// Reasons against arming or against the estimate, and the likely cause.
     pub reasons: Vec<String>,
     /// First pair, from 0, after which the state was locked.
     pub locked_at: Option<usize>,
@@ -112,7 +114,7 @@ pub struct Summary {
     /// RMS deviation of the rig's rotation from the estimate, from pair to pair, each axis; 0 without detected
     /// vibration.
     pub vibration_rotation: Option<f64>,
-    /// RMS deviation of the baseline direction from the estimate; 0 without detected vibration.
+    /// RMS deviation of the baseline direction from the estimate, each of its two angles; 0 without detected vibration.
     pub vibration_translation: Option<f64>,
 }
 
@@ -196,7 +198,8 @@ impl RunLog {
         })
     }
 
-    /// Row offsets of the factory extrinsics, the estimate and the calibration in use; `None` without an estimate.
+    /// Row offsets of the factory extrinsics, the estimate and the calibration in use; `None` without an estimate, or
+    /// if no match is within [`SCREEN_PX`] of its row with the estimate.
     fn row_offsets(&self, set: &Dataset) -> Result<Option<RowOffsets>> {
         let Some(fused) = self.fused() else { return Ok(None) };
         let factory = set.calibration(self.factory(), &LensCorrection::NONE)?;

@@ -99,7 +99,7 @@ fn numbers(extrinsics: Option<&Extrinsics<f64>>) -> Vec<String> {
     extrinsics.rotation_row_major().iter().chain(t.iter()).map(f64::to_string).collect()
 }
 
-/// Corrections of the estimate and of the calibration in use; `None` without an estimate or a calibration.
+/// Corrections of the estimate and of the calibration in use; each is `None` if the step does not have it.
 fn both(step: &Step) -> [Option<LensCorrection<f64>>; 2] {
     [step.estimate.map(|estimate| estimate.correction), step.checked.map(|used| used.correction)]
 }

@@ -76,7 +76,7 @@ impl Disturber {
         turned(rig, &(shake + self.axis * (late + sign * alternating_skew_deg)), 1.0)
     }
 
-    /// Shifts right pixels in proportion to their distance from the middle row.
+    /// Shifts right pixels in proportion to their signed distance from the middle row; they stay within the image.
     pub(super) fn roll(&mut self, scene: &Scene, pair: &mut SynthPair) {
         let shift = self.normal::<2>().map(|n| n * self.kind.rolling_px);
         if self.kind.rolling_px == 0.0 {

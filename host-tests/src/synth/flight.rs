@@ -17,7 +17,7 @@ pub(super) const OUTLIERS: f64 = 0.3;
 /// Turn of the right camera by the knock in mid flight, degrees.
 pub(super) const KNOCK_DEG: f64 = 0.3;
 
-/// Turn of the right camera about each axis, new with every pair, degrees RMS.
+/// Turn of the right camera about each axis, drawn anew for every pair, degrees RMS.
 pub(super) const VIBRATION_DEG: f64 = 0.005;
 
 /// Turn of the right camera by heat, from take-off to landing, degrees.

@@ -53,7 +53,7 @@ impl Grid {
     }
 }
 
-/// The multiple of `step` nearest to `x`, from 0 to `last`; `x` itself if `step` is 0.
+/// The multiple of `step` nearest to `x` that is at most `last`; `x` itself if `step` is 0.
 pub(crate) fn rounded(x: f64, step: f64, last: f64) -> f64 {
     if step == 0.0 { x } else { (x / step).round().min((last / step).floor()) * step }
 }

@@ -22,7 +22,8 @@ pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<
     Ok(Extrinsics::try_new(r.matrix(), &t)?)
 }
 
-/// The rig of the project's figures: `R` is turned by 5 degrees about each axis, and `t` by 5 degrees.
+/// The rig of the project's figures: each component of the rotation vector of `R` is 5 degrees, and `t` is turned by 5
+/// degrees.
 ///
 /// # Panics
 /// Never: the extrinsics are valid.

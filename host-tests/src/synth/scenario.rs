@@ -27,8 +27,9 @@ use crate::data::{Dataset, Rig};
 pub struct Scenario {
     /// Quantities that vary over the pairs.
     pub kind: ScenarioKind,
-    /// Constant parameters. `depth`, `matches` and `band` limit those that vary; a plane or a mixture as `depth` does
-    /// not vary.
+    /// Parameters that are the same for all pairs, unless `kind` varies them. A kind that draws depths, numbers of
+    /// matches or bands draws them within `depth`, `matches` and `band`. It keeps a `depth` that is a plane or a
+    /// mixture.
     pub scene: Scene,
     /// Number of pairs of a run.
     pub pairs: usize,
@@ -40,7 +41,7 @@ pub struct Scenario {
     pub witnesses: Witnesses,
     /// A mistake in all matches.
     pub mistake: Option<Mistake>,
-    /// Whether the rig starts from a factory calibration: the truth of the first pair.
+    /// Whether the run starts from a factory calibration: the rig of `scene`, without `off_deg`.
     pub commissioned: bool,
     /// Disturbances of a pair; the vibration of a flight is part of its motion.
     pub disturbance: Disturbance,
@@ -54,7 +55,7 @@ pub struct Scenario {
     /// Standard deviation of the matching error that a landmark keeps, of each coordinate, px; for parked landmarks and
     /// creeping. In every pair the noise of the scene is added.
     pub landmark_px: f64,
-    /// Motion of the landmarks through the images from pair to pair, px; for creeping.
+    /// Motion of the landmarks through the images from pair to pair, px; for parked landmarks and creeping.
     pub creep_px: f64,
 }
 
@@ -109,7 +110,7 @@ impl Scenario {
         }
     }
 
-    /// Number of the first pair after the turn of a step or the knock of a flight, which are in mid run.
+    /// Number, from 0, of the first pair after the turn of a step or the knock of a flight, which are in mid run.
     #[must_use]
     pub fn turned_from(&self) -> usize {
         self.pairs.div_ceil(2)

@@ -24,7 +24,7 @@ pub enum ScenarioKind {
     Altitude,
     /// Points 3 to 80 baselines away in the first pair, and a thousand times as far in the last.
     Climb,
-    /// The reverse of a climb: from 3000 to 80000 baselines down to 3 to 80.
+    /// The reverse of a climb: points 3000 to 80000 baselines away in the first pair, and 3 to 80 in the last.
     Descent,
     /// 6 % of the points 3 to 80 baselines away, the others 300 to 3000.
     NearFew,

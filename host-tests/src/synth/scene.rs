@@ -65,7 +65,7 @@ impl Default for Scene {
     }
 }
 
-/// Number of points drawn to check that the cameras share a view, and to find a point on a fence.
+/// Largest number of points drawn to check that the cameras share a view, and to find a point on a fence.
 const TRIES: usize = 10_000;
 
 /// One generated pair: correspondences, and which of them are true.
@@ -113,7 +113,7 @@ impl Scene {
     /// Checks the ranges, and that the cameras share a view.
     ///
     /// # Errors
-    /// Names the parameter that is out of range.
+    /// Names the parameter that is out of range, or says that no drawn point was seen by both cameras.
     pub fn check(&self) -> Result<()> {
         self.depth.check()?;
         self.grid.check()?;
@@ -136,7 +136,8 @@ impl Scene {
         Ok(())
     }
 
-    /// An endless sequence of pairs, the same for the same seed.
+    /// An endless sequence of pairs, the same for the same seed. [`Scene::check`] must accept the scene; otherwise the
+    /// sequence may not return a pair.
     pub fn pairs(&self, seed: u64) -> impl Iterator<Item = SynthPair> + '_ {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         std::iter::repeat_with(move || self.pair(&mut rng))

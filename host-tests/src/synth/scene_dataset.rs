@@ -9,7 +9,7 @@ impl Scene {
     /// A data set of the first `pairs` pairs.
     ///
     /// # Errors
-    /// If a parameter is out of range.
+    /// As [`Scene::check`].
     pub fn dataset(&self, pairs: usize, seed: u64) -> Result<Dataset> {
         self.check()?;
         let pairs = self.pairs(seed).take(pairs).map(|pair| pair.matches).collect();
@@ -21,7 +21,7 @@ impl Scene {
         })
     }
 
-    /// The rig in the form of a data set, with the nominal cameras.
+    /// The true extrinsics and the nominal cameras in the form of a data set.
     #[must_use]
     pub fn meta(&self) -> Meta {
         let [cx, cy] = self.centre();

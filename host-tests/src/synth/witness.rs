@@ -83,7 +83,8 @@ impl Witnessing {
 }
 
 impl Rangefinder {
-    /// A reading of the distance to the first true match, along its ray; `None` without a true match.
+    /// A reading of the distance to the first true match, along its ray; `None` without a true match, or if noise makes
+    /// the distance 0 or less.
     fn read(
         &self,
         scene: &Scene,
@@ -106,7 +107,8 @@ impl Rangefinder {
 }
 
 impl Motion {
-    /// Tracks: matches of the points before the vehicle moved, and the matches of the pair.
+    /// Tracks: matches of the points before the vehicle moved, and the matches of the pair. A point that was out of
+    /// view before has no track.
     fn track(&self, scene: &Scene, pair: &SynthPair, rng: &mut ChaCha8Rng) -> Vec<Track> {
         let turn = Rotation3::new(Vector3::y() * self.turn_deg.to_radians());
         let before = |clean: &[f64; 4]| {

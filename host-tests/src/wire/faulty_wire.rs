@@ -3,7 +3,8 @@
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Rates of the faults: probability for a frame, 0 to 1.
+/// Rates of the faults: probability for a frame, 0 to 1. Only a frame that is not dropped may be damaged, and only a
+/// frame that is neither dropped nor damaged may be repeated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Faults {
     /// Bits are flipped, bytes lost, inserted or overwritten, or the end is cut off.
@@ -28,13 +29,13 @@ pub enum Sent {
     Intact,
     /// All its bytes are on the wire, twice.
     Repeated,
-    /// Some of its bytes are missing or wrong.
+    /// The wire has no whole copy of it: bytes are missing, wrong or inserted.
     Damaged,
     /// No byte of it is on the wire.
     Dropped,
 }
 
-/// A wire with faults, which depend on the seed alone.
+/// A wire with faults. The same seed and the same frames give the same faults.
 #[derive(Debug, Clone)]
 pub struct FaultyWire {
     faults: Faults,
@@ -48,7 +49,10 @@ impl FaultyWire {
         Self { faults, rng: ChaCha8Rng::seed_from_u64(seed) }
     }
 
-    /// Puts a frame on the wire.
+    /// Appends a frame with its faults, and perhaps noise, to the bytes of the wire.
+    ///
+    /// # Panics
+    /// If a rate is not from 0 to 1, or the wire damages an empty frame.
     pub fn send(&mut self, frame: &[u8], wire: &mut Vec<u8>) -> Sent {
         let sent = self.put(frame, wire);
         if self.rng.random_bool(self.faults.noise_after) {
@@ -82,8 +86,9 @@ impl FaultyWire {
         let run = run(rng, frame.len() - at);
         match rng.random_range(0..8) {
             0 => frame[at] ^= 1 << rng.random_range(0..8),
-            // A burst, and single errors.
+            // A burst of wrong bytes.
             1 => frame[at..at + run].iter_mut().for_each(|byte| *byte ^= rng.random::<u8>()),
+            // Independent wrong bits.
             2 => {
                 let rate = 10.0_f64.powf(rng.random_range(-4.0..-0.5));
                 for byte in &mut frame {
@@ -100,7 +105,7 @@ impl FaultyWire {
             }
             5 => frame.truncate(at),
             6 => frame[at..at + run].fill(if rng.random() { 0xff } else { 0 }),
-            // A byte clocked in twice.
+            // The receiver reads a byte twice.
             _ => frame.insert(at, frame[at]),
         }
         frame

@@ -42,7 +42,7 @@ impl Sender {
             dropped_before: false,
             more_found: false,
         };
-        // Chooses the ratio whose worst error over all steps is least.
+        // Chooses the ratio whose worst relative error over all steps is least.
         let worst = |header: &FrameHeader| {
             let errors = steps.iter().map(|step| error_of(header, *step));
             errors.reduce(f64::max).unwrap_or(0.0)
@@ -62,14 +62,16 @@ impl Sender {
         Self::new([set.meta.width, set.meta.height], steps)
     }
 
-    /// A pair as one frame, and the number of its matches that the frame cannot carry: out of range, or beyond 65535.
+    /// A pair as one frame, and the number of its matches that the frame cannot carry: matches with a quantity out of
+    /// range or with a grid step of no level, and matches beyond the first 65535.
     #[must_use]
     pub fn frame(&self, sequence: u32, pair: &[Match]) -> (Vec<u8>, usize) {
         let plain: Vec<(Match, u16)> = pair.iter().map(|m| (*m, 0)).collect();
         self.tracked_frame(sequence, &plain)
     }
 
-    /// As [`Sender::frame`], with the number of each match's track; 0 without a track.
+    /// As [`Sender::frame`], with the number of each match's track; 0 without a track. The frame carries the low 12
+    /// bits of the number.
     #[must_use]
     pub fn tracked_frame(&self, sequence: u32, pair: &[(Match, u16)]) -> (Vec<u8>, usize) {
         let encode = |(m, track): &(Match, u16)| {

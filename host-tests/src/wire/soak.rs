@@ -11,7 +11,8 @@ use stereo_selfcal::link::{Decoder, Event, FrameHeader, MatchRecord};
 use super::faulty_wire::{Faults, FaultyWire, Sent};
 use super::sender::seal;
 
-/// Number of latest frames that the receiver may still hand out. An older frame that was not handed out counts as lost.
+/// Number of latest frames that the receiver may still hand out. An older frame that was whole on the wire and was not
+/// handed out counts as missed.
 const WINDOW: usize = 8;
 
 /// A soak test of one decoder; a campaign runs several.
@@ -50,7 +51,8 @@ pub struct SoakCounts {
     pub missed_next: u64,
     /// Frames that were whole on the wire right after a whole one, and were not handed out: must be 0.
     pub missed: u64,
-    /// Damaged frames that were handed out as sent: their ends were lost, but equal the bytes that follow.
+    /// Damaged frames that were handed out as sent: the wire lost their last bytes, but the bytes that follow are equal
+    /// to the lost ones.
     pub mended: u64,
 }
 
@@ -103,7 +105,7 @@ impl Soak {
         let mut receiver = Receiver::new();
         let mut on_wire = Vec::new();
         let mut whole = true;
-        // Half of the runs start so close to the largest number that the numbers wrap around.
+        // In about half of the runs, the first sequence number is so close to the largest that the numbers wrap around.
         let first = if rng.random() { rng.random() } else { u32::MAX - self.frames / 2 };
         for i in 0..self.frames {
             let sequence = first.wrapping_add(i);

@@ -8,7 +8,8 @@ use stereo_selfcal::link::{Counters, Decoder, Event, FrameHeader};
 
 use crate::data::{Match, Meta};
 
-/// The whole frames of a stream, one by one in order of arrival.
+/// The whole frames of a stream, one by one in order of arrival, without repeated frames. Damaged frames are skipped
+/// and counted.
 #[derive(Debug)]
 pub struct FrameReader<R> {
     input: R,
@@ -85,7 +86,7 @@ impl Frame {
     }
 }
 
-/// The counters of a link in words.
+/// The counters of a link in words: the number of whole frames, and the counters above 0.
 #[must_use]
 pub fn counted(c: &Counters) -> String {
     let rare = [

@@ -19,7 +19,8 @@ pub enum Fault {
     NoPower,
     /// The bus does not work ([`Flash::is_deaf`]).
     Deaf,
-    /// The word was torn, or is not erased, and accepts no write.
+    /// The word accepts no write: it was torn and reads as erased, or it is not erased and the flash has
+    /// [`Blank::Unreadable`].
     Torn,
     /// The ECC of a word does not fit: the word was torn, or is erased and erased words cannot be read.
     Ecc,
@@ -33,10 +34,10 @@ impl NorFlashError for Fault {
     }
 }
 
-/// Effect of a loss of power on a write.
+/// Effect of a loss of power on a write. A block whose erasure is interrupted always gets torn words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tear {
-    /// The words before the loss are written, the next one with some of its bits.
+    /// The words before the loss are written; the next one is written with some, none or all of its bits.
     Word,
     /// Every word of the call is written with some, none or all of its bits.
     Call,
@@ -77,16 +78,17 @@ pub struct Flash<const W: usize, const E: usize> {
     pub power_for: Option<u32>,
     /// Number of writes of a word and erasures of a block that were begun.
     pub operations: u32,
-    /// Number of erasures of each block.
+    /// Number of completed erasures of each block.
     pub erased: Vec<u32>,
     /// Block that accepts no further word, and whether a write to it reports an error.
     pub worn: Option<(usize, bool)>,
     /// Whether reads fail.
     pub is_deaf: Rc<Cell<bool>>,
-    /// One read in this number has a wrong bit.
+    /// On average, one read in this number returns a wrong bit.
     pub flaky: Option<u32>,
-    /// Number of reads after which a byte changes, position of the byte, and its bits that change. Then a write to an
-    /// erased word that has changed is no mistake: the code under test need not have read it.
+    /// Number of reads at the last of which a byte changes, position of the byte, and its bits that change. With this
+    /// setting, a write to an erased word that does not read as erased does not panic, because the code under test need
+    /// not have read the change.
     pub rot: Option<(u32, usize, u8)>,
     /// Effect of a loss of power.
     pub tear: Tear,
@@ -165,7 +167,7 @@ impl<const W: usize, const E: usize> Flash<W, E> {
         }
     }
 
-    /// Erases a part of a block, and leaves its words torn.
+    /// Erases some, none or all of a block, or some of its bytes and makes others random. All its words are torn then.
     fn tear_block(&mut self, block: usize) {
         let many = match self.random.random_range(0..4_u8) {
             0 => 0,

@@ -10,7 +10,7 @@ pub struct Program {
     input: Vec<u8>,
 }
 
-/// Output of a call.
+/// Output and exit status of a call.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Ended {
     /// Standard output.
@@ -46,7 +46,7 @@ impl Program {
     /// Runs the program to its end.
     ///
     /// # Panics
-    /// If a signal ends the program, or its output is not UTF-8.
+    /// If the program does not start, a signal ends it, or its output is not UTF-8.
     #[must_use]
     pub fn ended(mut self) -> Ended {
         let output = self.output();
@@ -55,10 +55,10 @@ impl Program {
         Ended { out: text(output.stdout), err: text(output.stderr), status }
     }
 
-    /// Runs the program to its end.
+    /// Runs the program to its end, and checks its exit status.
     ///
     /// # Panics
-    /// If the program ends with another exit status.
+    /// As [`Program::ended`], or if the program ends with another exit status.
     #[must_use]
     #[track_caller]
     pub fn ends_with(self, status: i32) -> Ended {
@@ -71,7 +71,7 @@ impl Program {
     /// Standard output of a call that succeeds.
     ///
     /// # Panics
-    /// If the call fails.
+    /// As [`Program::ended`], or if the exit status is not 0.
     #[allow(clippy::must_use_candidate, reason = "a test may ask for the exit status alone")]
     #[track_caller]
     pub fn stdout(self) -> String {
@@ -81,7 +81,7 @@ impl Program {
     /// Standard error of a call that fails with this exit status.
     ///
     /// # Panics
-    /// If the program ends with another exit status.
+    /// As [`Program::ends_with`].
     #[must_use]
     #[track_caller]
     pub fn failure(self, status: i32) -> String {

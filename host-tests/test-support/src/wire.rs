@@ -56,7 +56,7 @@ struct State {
 }
 
 impl Wire {
-    /// A wire that panics if the driver reads more than was sent.
+    /// A wire that panics if the driver reads more bytes than wait.
     #[must_use]
     pub fn exact() -> Self {
         Self(Rc::new(RefCell::new(State { exact: true, ..State::default() })))
@@ -98,7 +98,7 @@ impl State {
         self.accesses.push_back(access);
     }
 
-    /// Moves the bytes that wait into the buffer. `None` if the read fails.
+    /// Moves the bytes that wait into the buffer, as many as fit, and returns their number. `None` if the read fails.
     fn read(&mut self, buffer: &mut [u8]) -> Option<usize> {
         self.note(Access::Read(buffer.len()));
         assert!(!self.exact || buffer.len() <= self.waiting.len(), "a read of more than was sent");

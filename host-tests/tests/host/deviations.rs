@@ -1,5 +1,5 @@
-//! Recorded pairs: reported deviations against the difference of two halves of the pairs, and the verdict for any order
-//! of the pairs.
+//! Recorded pairs: reported deviations against the difference of two halves of the pairs, and the rating of the
+//! calibration in use for any order of the pairs.
 
 use host_tests::data::{Dataset, Match};
 use stereo_selfcal::geometry::metrics::Deviation;
@@ -9,7 +9,8 @@ fn set(name: &str) -> Dataset {
     Dataset::load(&Dataset::shipped().join(name)).unwrap()
 }
 
-/// Estimate from pairs of a set, and the verdict after the last pair. The estimate is never applied.
+/// Estimate from pairs of a set, and the rating of the factory calibration after the last pair. The estimate is never
+/// applied.
 fn over<'a>(
     set: &Dataset,
     pairs: impl Iterator<Item = &'a Vec<Match>>,

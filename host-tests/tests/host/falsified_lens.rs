@@ -45,7 +45,7 @@ fn run(name: &str, falsified: Falsified, tracking: LensTracking) -> RunLog {
     run_from(0, name, falsified, tracking)
 }
 
-/// Replays the pairs from number `first` on, then those before it.
+/// Replays the pairs from number `first` on, then the pairs before it.
 fn run_from(first: usize, name: &str, falsified: Falsified, tracking: LensTracking) -> RunLog {
     let mut set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
     assert_eq!(set.pairs.len(), ORDERS);
@@ -107,7 +107,7 @@ fn errors_with_compensation_are_covered_and_runs_without_a_correction_equal_thos
     }
 }
 
-/// The order decides whether the pairs suffice.
+/// Whether the 13 pairs suffice for a correction depends on their order.
 #[test]
 fn a_wrong_focal_length_is_corrected_in_12_of_13_orders_of_the_pairs() {
     for name in SETS {
@@ -141,7 +141,7 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_correct_lens() {
             let corrected = Verdict::Accepted(Fused::LensCorrected);
             let pairs =
                 log.steps().iter().rev().take_while(|step| step.verdict != corrected).count();
-            // One case is corrected at the last pair, so its estimate has the error of a single pair.
+            // One case is corrected at the last pair but one, so its estimate has the error of a single pair.
             assert!(pairs > 1 || (name == SETS[1] && k1 > 0.0), "{case}");
             let most = if pairs > 1 {
                 of_right.translation + 2.0 * right.sd_lens.translation

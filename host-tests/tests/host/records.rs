@@ -31,8 +31,9 @@ const FLIGHT: f64 = 0.02;
 const DRIFTING: f64 = 1.15;
 const DRIFTING_IN_TIME: usize = 98;
 
-/// A restart forgets whether a scene repeats the previous one. Over a few runs, the errors at rest and of a drifting
-/// rig differ by chance.
+/// Whether the errors of a kind are compared. A campaign compares all kinds. Over the few runs of a test, the errors of
+/// a vehicle at rest and of a rig that drifts or flies differ by chance, because a restart forgets whether a scene
+/// repeats the previous one.
 fn is_compared(kind: ScenarioKind) -> bool {
     use ScenarioKind::{Creeping, Drift, Flight, Parked, ParkedLandmarks};
     is_campaign() || !matches!(kind, Parked | ParkedLandmarks | Creeping | Drift | Flight)
@@ -48,7 +49,7 @@ fn bound(kind: ScenarioKind, usual: f64) -> f64 {
 
 type Rig = Box<Calibrator<f32, 512>>;
 
-/// Takes a pair; returns whether the calibrator is locked, and armed.
+/// Takes a pair and applies the estimate; returns whether the calibrator is locked, and whether it may arm.
 fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
     // A pixel beyond the range of the lens is refused, and left out.
     let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
@@ -70,7 +71,8 @@ fn error(calibrator: &Rig, truth: &Extrinsics<f64>) -> Option<[f64; 2]> {
 
 /// One run, with a restart and without it.
 struct Run {
-    /// Number of pairs after the restart until locked and until armed: without a restart, and with one.
+    /// Number of pairs after the restart until locked and until armed: without a restart, and with one. [`AFTER`] + 1
+    /// for never.
     until: [[usize; 2]; 2],
     /// Squared errors of `t` and `R`, rad^2, at the pairs of [`BOUNDS`]: without a restart, and with one.
     squared: [[[f64; 2]; 2]; 3],
@@ -136,7 +138,7 @@ fn a_restarted_rig_is_locked_and_armed_within_two_pairs_and_as_good_as_without_a
         if all.is_empty() {
             continue;
         }
-        // A pair that leaves the unbroken run without arming does so for both runs.
+        // A pair that does not arm the unbroken run need not arm the restarted run.
         let armed_alike = all.iter().filter(|r| r.until[1][1] <= r.until[0][1].max(2)).count();
         let is_late = match kind {
             ScenarioKind::Drift => 100 * locked.min(armed_alike) < DRIFTING_IN_TIME * all.len(),

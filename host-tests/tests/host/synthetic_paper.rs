@@ -66,8 +66,8 @@ fn trial<T: Scalar>(scene: &Scene, seed: u64) -> Trial {
     }
 }
 
-/// RMS error over the bound of `t` and `R` of single pairs, and RMS error over that of the joint fit of `t` and `R` of
-/// the fused estimate.
+/// Ratios of RMS errors, each of `t` and of `R`: of single pairs to their Cramer-Rao bounds, then of the fused estimate
+/// to the joint fit.
 fn efficiency<T: Scalar>() -> [f64; 4] {
     let trials: Vec<Trial> = (0..runs(24, 200))
         .map(|seed| {

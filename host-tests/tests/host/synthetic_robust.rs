@@ -15,7 +15,7 @@ fn trials() -> u16 {
     runs(400, 1000)
 }
 
-/// A scene whose `R` is turned by 5 degrees about every axis, and whose `t` is turned by 5 degrees.
+/// A scene whose `R` has a rotation vector of 5 degrees in each component, and whose `t` is turned by 5 degrees.
 fn scene(outliers: f64) -> Scene {
     let rig = rig([5.0, 5.0, 5.0], [3.5, 3.5]).unwrap();
     Scene { rig, outliers, ..Scene::default() }

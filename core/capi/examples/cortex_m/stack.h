@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-/* Paints the unused stack. */
+/* Paints 32 KiB of unused stack below the caller. */
 void stack_paint(void);
 
 /* Returns the number of bytes of stack below the caller used since stack_paint, at most about 32 KiB. */

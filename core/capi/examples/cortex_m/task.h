@@ -15,7 +15,7 @@
 typedef struct {
     uint32_t frames, fused, applied;
     selfcal_error_t error;        /* error that ended the task */
-    selfcal_calibration_t in_use; /* for the rectifier: at first that of the factory */
+    selfcal_calibration_t in_use; /* for the rectifier: at first the factory calibration */
 } task_result_t;
 
 /* Returns the room in the queue, bytes. For the interrupt. */

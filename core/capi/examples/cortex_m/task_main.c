@@ -28,7 +28,7 @@ static task_result_t result;
 static uint8_t frames[PAIRS][MATCHER_FRAME_BYTES(MATCHES)];
 static volatile uint32_t sent;
 
-/* Stands for a UART with a FIFO: takes no more than the queue has room for. */
+/* Stands for a UART with a FIFO: each interrupt queues up to 16 bytes, or none unless the queue has room for 16. */
 void systick(void)
 {
     if (task_room() < BYTES_PER_INTERRUPT)

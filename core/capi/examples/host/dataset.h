@@ -19,7 +19,8 @@ bool dataset_read_meta(const char *set, selfcal_factory_t *factory, struct rig *
 
 enum dataset_pair { DATASET_PAIR, DATASET_END, DATASET_ERROR };
 
-/* Reads pair number `index`, from 0, with at most `room` matches. Prints a message before it returns DATASET_ERROR. */
+/* Reads pair number `index`, from 0, with at most `room` matches. Returns DATASET_END if the set has no such pair.
+ * Prints a message before it returns DATASET_ERROR. */
 enum dataset_pair dataset_read_pair(const char *set, int index, selfcal_correspondence_t *matches,
                                     size_t room, size_t *count);
 

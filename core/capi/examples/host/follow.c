@@ -16,7 +16,8 @@
 static selfcal_t cal;
 static selfcal_link_t wire;
 
-/* Stands for a flash driver, which keeps the previous record until the new one is written. */
+/* The record that was read, or is to be written. A file stands for flash. A flash driver would keep the previous record
+ * until the new one is written; this example overwrites it. */
 static uint8_t record[SELFCAL_SNAPSHOT_BYTES];
 
 static size_t read_memory(const char *path)

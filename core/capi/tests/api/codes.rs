@@ -208,8 +208,8 @@ fn the_other_errors_of_the_link_have_numbers_of_their_own() {
     assert!(numbers.iter().all(|number| shared.contains(number) || *number >= 1110));
 }
 
-/// Checks that the values of an enumeration of C have the numbers of the core plus an offset. Values of C for none or
-/// unknown have no counterpart in the core.
+/// Checks that the values of an enumeration of C have the numbers of the core plus an offset. Values of C for none, not
+/// fused or unknown have no counterpart in the core, except that the core also has an unknown band.
 fn assert_verdicts<V: Debug + Copy>(names: [&str; 2], all: &[V], numbers: impl Fn(V) -> [u32; 2]) {
     let [core, c] = names;
     assert_complete(core, all);

@@ -1,4 +1,5 @@
-//! Records and buffers that are not valid return their errors and change nothing.
+//! Records and buffers that are not valid return their errors. A refused record resets the calibrator, which changes
+//! nothing in these tests, because the calibrator has taken no pair.
 
 use std::ptr::{null, null_mut};
 use std::sync::LazyLock;

@@ -46,9 +46,9 @@ impl Cal {
 macro_rules! get {
     ($cal:expr, $function:ident $(, $argument:expr)*) => {{
         let mut out = std::mem::MaybeUninit::zeroed();
-        // SAFETY: live objects; zeros are a value of every result.
+        // SAFETY: live objects.
         match unsafe { $function($cal.ptr() $(, $argument)*, out.as_mut_ptr()) } {
-            // SAFETY: as above.
+            // SAFETY: written without an error.
             SELFCAL_OK => Ok(unsafe { out.assume_init() }),
             error => Err(error),
         }

@@ -14,8 +14,8 @@ macro_rules! add_rows {
 
 impl<T: Scalar> Moments<T> {
     /// Adds correspondences in order, one tile of the triangle after the other, so that each sum is loaded and stored
-    /// once. The sums and coordinates of a tile fit into the 32 registers of a controller; larger tiles would be moved
-    /// between registers.
+    /// once. The sums and coordinates of a tile fit into the 32 floating-point registers of a controller; those of a
+    /// larger tile would not.
     ///
     /// * `rows`: weight and coordinates `k` of each correspondence. The weight is `w f^2 / V`, dimensionless: the
     ///   weight from the loss, 1/px^2, over the variance of the constraint for coordinates with a variance of 1 px^2.

@@ -16,7 +16,8 @@ const FOCAL: f64 = 1400.0;
 /// A weight and two rays at unit depth in the rectified frame.
 type Match<T> = (T, Vector3<T>, Vector3<T>);
 
-/// Returns `n` matches with disparities in a range, px, and uniform noise of up to `noise_px` on every coordinate.
+/// Returns `n` matches with random weights, disparities in a range, px, and uniform noise of up to `noise_px` on every
+/// coordinate.
 fn scene(n: usize, disparity_px: Range<f64>, noise_px: f64, seed: u64) -> Vec<Match<f64>> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut one = || {
@@ -98,7 +99,7 @@ fn normal_equations_at_any_pose_match_the_sum_over_the_matches() {
         let pose = frame.stepped_by(&step).unwrap();
         let [information, gradient] =
             gap(&sums.at_pose(&frame, &pose), &direct(&scene, &frame, &pose));
-        // The gaps are in standard deviations; the residuals reach 1e3 of them.
+        // The gap of the gradient is in standard deviations; the residuals reach 1e3 of them.
         assert!(information < 1e-8 && gradient < 1e-6, "{step} {information:e} {gradient:e}");
     }
 }
@@ -149,7 +150,8 @@ fn a_gradient_that_is_set_holds_at_the_frame_and_its_offset_by_the_baseline_turn
     let (here, there) = (shift(&frame), shift(&other));
     let by_rotation = |shift: Vector5<f64>| shift.fixed_rows::<3>(0).into_owned();
     assert!((by_rotation(there) - by_rotation(here)).amax() < 1e-8 * here.amax());
-    // The baseline part is the first column of the noise tensor, whose other elements are still zero.
+    // The baseline part of the offset is in the first row and column of the noise tensor. The other elements of the
+    // tensor are zero here, because `set_noise` has not been called.
     let (xy, xz) = (here.a, -here.w);
     let tensor = Matrix3::new(0.0, xy, xz, xy, 0.0, 0.0, xz, 0.0, 0.0);
     let turn = (other.left() * frame.left().inverse()).into_inner();

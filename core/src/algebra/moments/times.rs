@@ -3,8 +3,9 @@
 use super::{COORDINATES, Moments, PRODUCT_TRIANGLE, PRODUCTS, Vector12};
 use crate::scalar::Scalar;
 
-/// Adds rows of `M x`. Each row lists its element of `x`, its number and the place of its diagonal element, then
-/// `place x column` for each other element.
+/// Adds rows of `M x`. Each row lists its element of `x`, its number, and the place of its diagonal element in the
+/// packed triangle. For each element left of the diagonal follow its place, the element of `x` in its column, and its
+/// column.
 macro_rules! times_rows {
     ($m:ident, $y:ident; $($x_row:ident $row:literal $diagonal:literal: $($place:literal $x:ident $column:literal),*);+) => {$(
         let sum = T::ZERO $(+ $m[$place] * $x)*;

@@ -17,7 +17,7 @@ fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
 fn a_knock_that_is_in_the_sums_before_its_detection_counts_as_a_turn_of_the_mount() {
     let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
     let context = Context::new(&config, &factory, 1400.0);
-    // The estimate attributes the rest of the turn to the mount.
+    // The estimate attributes nearly all of this yaw to the lens, and the rest to the mount.
     let share = MountYaw::CALIBRATED.with_rows(&rows(40, 0), &context).lens();
     assert!((share - LENS).abs() < 4e-4, "{share}");
     for late in [3, 8, 15, 20] {

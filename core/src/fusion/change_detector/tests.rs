@@ -8,7 +8,7 @@ use super::*;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::pair::evaluate::EvaluatedPose;
 
-/// Adds a pair to hypothesis and detector. Returns whether the window rejects.
+/// Adds a pair to hypothesis and detector. Returns whether the window rejects the hypothesis.
 fn add(
     hypothesis: &mut Hypothesis<f64>,
     detector: &mut ChangeDetector<f64>,
@@ -22,8 +22,8 @@ fn add(
     detector.has_changed(hypothesis, &context)
 }
 
-/// Returns the number of pairs after which the window rejects a rig that turns about x by `rate` rad per pair after the
-/// 60th pair; `None` if it does not reject it.
+/// Returns the number of pairs after which the window rejects the hypothesis; `None` if it does not reject it. After
+/// the 60th pair the rig turns about x by `rate` rad per pair.
 fn pairs_until_rejected(rate: f64, seed: u64, pairs: u32) -> Option<u32> {
     let mut hypothesis = fused(&[evaluated_at(&truth(), seed)], 1, &context());
     let mut detector = ChangeDetector::NEW;

@@ -26,10 +26,10 @@ impl<T: Scalar> Hypothesis<T> {
         biased
     }
 
-    /// Returns the extrinsics with the baseline in use and the optimal `R` for it, for a doubtful estimate of the
-    /// baseline. `None` if there is no optimum, if the optimum fits clearly worse than the extrinsics in use, or if it
-    /// is beyond the limit for extrinsics in use. The last two happen if the descent leaves the range of its
-    /// linearisation.
+    /// Returns the extrinsics with the baseline in use and the optimal `R` for it. They are applied while the estimate
+    /// of the baseline is doubtful. `None` if there is no valid optimum, if the optimum fits clearly worse than the
+    /// extrinsics in use, or if it is beyond the limit for extrinsics in use. The last two happen if the descent leaves
+    /// the range of its linearisation.
     #[inline(never)]
     pub(crate) fn with_baseline_of(
         &self,

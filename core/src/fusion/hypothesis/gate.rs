@@ -25,9 +25,9 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Returns whether a pair that was tracked from this hypothesis passes the gate: its residuals have a peak, and its
-    /// NIS is below the limit.
+    /// NIS is below [`MAX_NIS`] times the reduced chi-square.
     ///
-    /// * `slack`: factor on the limit [`MAX_NIS`].
+    /// * `slack`: further factor of this limit.
     pub(in crate::fusion) fn gate(
         &self,
         evaluated: &EvaluatedPose<T>,

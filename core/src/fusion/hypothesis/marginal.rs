@@ -19,8 +19,8 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Returns the variances of the vibration that the hypothesis assumes, rad^2; zero for a rigid rig. Once the pairs
-    /// are weighted for a vibration, the variances never return to zero, because sums with and without vibration cannot
-    /// be mixed.
+    /// are weighted for a vibration, the variances do not return to zero until the sums are replaced, because sums with
+    /// and without vibration cannot be mixed.
     #[inline(never)]
     pub(in crate::fusion) fn vibration(&self, context: &Context<'_, T>) -> BlockVariances<T> {
         if self.is_rigid() && context.vibration.is_zero() {
@@ -30,8 +30,8 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Starts or ends the mode in which pairs are settled as if the rig rested at the frame of the sums. In both cases
-    /// the frame becomes the estimate: sums of a rig at rest have their optimum at the frame, other sums at the
+    /// Starts or ends the mode in which each pair is added as if the rig rested at the frame of the sums. In both cases
+    /// the estimate becomes the frame: sums of a rig at rest have their optimum at the frame, other sums at the
     /// estimate.
     ///
     /// * `next`: moments of the next pair in the frame of the sums, which are transformed too.
@@ -74,7 +74,7 @@ impl<T: Scalar> Hypothesis<T> {
         (!self.is_rigid(), self.settles_at_rest())
     }
 
-    /// Returns whether pairs are settled as if the rig rested at the frame of the sums.
+    /// Returns whether each pair is added as if the rig rested at the frame of the sums ([`Self::settle`]).
     pub(super) fn settles_at_rest(&self) -> bool {
         self.marginal.variances.of_turns() > T::ZERO
     }

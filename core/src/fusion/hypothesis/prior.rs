@@ -12,7 +12,7 @@ use crate::scalar::Scalar;
 use crate::thresholds::MAX_NOISE_PX;
 
 impl<T: Scalar> Hypothesis<T> {
-    /// Fills a prior with the estimate. `None` if the sums have no solution.
+    /// Fills a prior with the estimate. `None` if the sums have no solution; the prior is then unspecified.
     #[inline(never)]
     pub(in crate::fusion) fn fill_prior(
         &self,
@@ -45,8 +45,8 @@ impl<T: Scalar> Hypothesis<T> {
         prior.response.set(&sums, &prior.equations.normal.information, context.prior)
     }
 
-    /// Sets equations with the information on the mean of a vibrating rig, without noise. The sums weight the pairs as
-    /// for a rigid rig.
+    /// Replaces the equations by equations of the mean of a vibrating rig, without the noise of disparities. The
+    /// equations of the sums do not apply, because the sums weight the pairs as for a rigid rig.
     #[inline(never)]
     fn set_mean(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
         let mut normal =

@@ -234,7 +234,7 @@ fn nis_and_reduced_chi_square_of_consistent_pairs_match_chance() {
         plain += both.inverse_form(&step).unwrap() / 300.0;
         let squared = hypothesis.innovation(measurement, &context).unwrap();
         nis += squared / 300.0;
-        // The 95th percentile.
+        // The 95th percentile of chi-square with five degrees of freedom.
         beyond += f64::from(squared > 11.07) / 300.0;
     }
     // The expected value is about 5 for five degrees of freedom, although the noise is uniform. The allowance for

@@ -77,7 +77,7 @@ fn a_difference_is_significant_beyond_three_deviations_with_the_part_that_weight
         lens.covariance[1][1] = sd * sd;
         lens.is_significant()
     };
-    // 0.01^2 = 9 (sd^2 + (0.17 * 0.01)^2) at 2.86e-3.
+    // 0.01^2 = 9 (sd^2 + (0.17 * 0.01)^2) at 2.87e-3.
     assert_eq!([2.8e-3, 2.9e-3].map(is_significant), [true, false]);
 }
 

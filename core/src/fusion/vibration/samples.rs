@@ -6,7 +6,7 @@ use crate::thresholds::{
     VIBRATION_RAD, VIBRATION_RATIO,
 };
 
-/// Number of samples of the median; `SAMPLES` sizes the arrays.
+/// Number of samples of the median, as a size of arrays and for comparison with counts.
 pub(super) const SAMPLES: usize = 11;
 pub(super) const RING: u32 = 11;
 
@@ -16,11 +16,11 @@ const CLIPPED: f64 = 6.0;
 /// Standard deviation of the median of normal numbers over the standard deviation of their mean.
 const MEDIAN_DEVIATION: f64 = 1.2533;
 
-/// Largest bias of a sample per unit of scatter, in standard deviations of a sample: `sqrt(n / 2)` for `n` unknowns, here
-/// for 3. The bias is `tr S^-1 / (k tr S^-2)`, and `tr(S^-1)^2 <= n tr S^-2`.
+/// Largest bias of a sample for each unit by which the scatter exceeds 1, in standard deviations of a sample:
+/// `sqrt(n / 2)` for `n` unknowns, here for 3. The bias is `tr S^-1 / (k tr S^-2)`, and `tr(S^-1)^2 <= n tr S^-2`.
 const MOST_BIAS: f64 = 1.2247;
 
-/// Estimates of a variance from one distance, rad^2; negative by chance.
+/// Estimates of a variance from one distance, rad^2. By chance they may be negative.
 pub(super) struct Sample<T> {
     /// Estimate whose median is the variance.
     pub(super) median: T,
@@ -32,7 +32,7 @@ pub(super) struct Sample<T> {
     pub(super) deviation: T,
 }
 
-/// Returns the largest variance, rad^2.
+/// Returns the largest variance of a vibration, rad^2.
 pub(super) fn most<T: Scalar>() -> T {
     T::lit(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD)
 }
@@ -40,7 +40,7 @@ pub(super) fn most<T: Scalar>() -> T {
 /// The latest estimates of one variance from one kind of distance, newest first.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Samples<T> {
-    /// Estimates, rad^2; negative by chance.
+    /// Estimates, rad^2. By chance they may be negative.
     pub(super) values: [T; SAMPLES],
     /// Running mean of the standard deviation of an estimate for a rigid rig, rad^2.
     pub(super) deviation: T,

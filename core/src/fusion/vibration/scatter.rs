@@ -1,4 +1,5 @@
-//! Scatter of the optima of pairs beyond their covariances, from errors of lens and matcher (`ESTIMATOR.md`, section 14).
+//! Scatter of the optima of pairs beyond their covariances, which errors of lens and matcher cause (`ESTIMATOR.md`,
+//! section 14).
 
 use nalgebra::Vector5;
 
@@ -6,13 +7,13 @@ use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::thresholds::{AVERAGED_PAIRS, CHI_SQUARE_PAIRS, MAX_REDUCED_CHI_SQUARE};
 
-/// Expected depth of the least of five standard normal numbers below their mean.
+/// Expected distance of the least of five standard normal numbers from their mean.
 const LEAST_OF_FIVE: f64 = 1.163;
 
 /// Running means, for each unknown, of the squared difference of successive optima over its variance.
 ///
-/// Scatter raises all of them by about the same factor. Vibration raises least the unknown that a pair determines worst.
-/// So the least of them measures the scatter.
+/// Scatter raises all of them by about the same factor. Vibration raises the ratio of the worst determined unknown
+/// least. So the least ratio measures the scatter.
 #[derive(Debug, Clone)]
 pub(super) struct Scatter<T> {
     ratios: [T; 5],
@@ -37,7 +38,8 @@ impl<T: Scalar> Scatter<T> {
         }
     }
 
-    /// Returns the ratio of the variance of the optima to their covariance, at least 1, dimensionless.
+    /// Returns the ratio of the observed variance of the optima to the variance that their covariances predict, at
+    /// least 1, dimensionless.
     pub(super) fn ratio(&self) -> T {
         let least = self.ratios.into_iter().fold(T::lit(MAX_REDUCED_CHI_SQUARE), T::min);
         // Each mean has the relative standard deviation `sqrt(2 / weight)`.
@@ -45,7 +47,8 @@ impl<T: Scalar> Scatter<T> {
         (least / low).max(T::ONE)
     }
 
-    /// Returns the number of differences in the means, of which [`CHI_SQUARE_PAIRS`] have the expected ratio 1.
+    /// Returns the number of differences in the means. [`CHI_SQUARE_PAIRS`] of them are not measured and have the
+    /// expected ratio 1.
     fn weight(&self) -> T {
         T::count(self.differences) + T::lit(CHI_SQUARE_PAIRS)
     }

@@ -4,8 +4,8 @@ use super::*;
 use crate::pair::scenes::FOCAL;
 use crate::thresholds::MAX_RISE;
 
-/// Returns whether the solver accepts a pass that has the same sums as the best point, but `behind` of 100 matches
-/// behind a camera.
+/// Returns whether the solver accepts a pass that has the same sums as the last accepted point, but `behind` of 100
+/// matches behind a camera.
 fn is_accepted(behind: f64) -> bool {
     let start = RectifyingRotations::SIDE_BY_SIDE;
     let mut solver = PairSolver::search(&Config::robust(), FOCAL, start, 12);

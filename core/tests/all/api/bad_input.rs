@@ -15,7 +15,7 @@ use stereo_selfcal::{
 
 type Tested = Calibrator<f32, 256>;
 
-/// All public parts of the state, as text; floats in full.
+/// Batch, estimate and calibration in use as text, with all digits of the numbers.
 fn state(c: &Tested) -> String {
     format!(
         "{:?} {:?} {:?} {}",
@@ -145,7 +145,7 @@ fn points_at_infinity_alone_lock_the_rotation_and_leave_the_baseline_as_it_was()
         take(&mut calibrator, &noisy_infinity(seed)).unwrap();
         let proposal = calibrator.proposal().unwrap();
         assert!(!proposal.baseline_observed, "{seed}");
-        // The pairs do not reduce the standard deviation of the prior, which is 0.1 rad about each of two axes.
+        // The pairs hardly reduce the standard deviation of the prior, which is 0.1 rad about each of two axes.
         assert!(proposal.sd.translation > 0.9 * 0.1 * 2.0_f32.sqrt(), "{seed}: {:?}", proposal.sd);
         if calibrator.state() == State::Locked {
             let applied = calibrator.apply().unwrap();

@@ -190,7 +190,8 @@ fn a_record_of_corrected_cameras_is_refused_where_the_configuration_only_reports
     assert_eq!(reporting.restore(&compensating.snapshot()), Ok(()));
 }
 
-/// Largest correction of the estimate against the factory extrinsics, rad.
+/// Distance of the estimate from the factory extrinsics, rad: in `R` or in `t`, whichever is larger; 0 without an
+/// estimate.
 fn correction(calibrator: &Tested) -> f32 {
     let Some(proposal) = calibrator.proposal() else { return 0.0 };
     let Deviation { translation, rotation } =
@@ -241,7 +242,7 @@ fn witnesses_see_the_corrected_lens() {
         let proposed = calibrator.proposal().unwrap().extrinsics;
         rotations.unknowns_to(&RectifyingRotations::from(&proposed)).y
     };
-    // Points at the sides of the image, whose disparities the given lens changes most.
+    // Points at the sides of the image, where the wrong focal length changes the disparities most.
     let sides = last.iter().filter(|c| (c.right[0] - 960.0).abs() > 500.0);
     for c in sides.take(5) {
         let rays = corrected.rays(c).unwrap();

@@ -1,4 +1,4 @@
-//! A pair counts once, whatever the way in which it is taken, begun or sent.
+//! A pair counts once, in whichever way it is taken, and copies of a pair do not count.
 
 use crate::api::presets::robust;
 use crate::api::scene::{correspondences, fill, rig, take};
@@ -23,13 +23,13 @@ const WAYS: [Way; 4] = [
         }
         calibrator.solve_pair()
     },
-    // First pass by pass, and then the other passes at once.
+    // Two passes in one call each, and then the other passes in one call.
     |calibrator, matches| {
         fill(calibrator, matches);
         assert_eq!([(); 2].map(|()| calibrator.advance_pair()), [None; 2]);
         calibrator.solve_pair()
     },
-    // While another pair is being solved, which is discarded.
+    // While another pair is being solved; that pair is discarded.
     |calibrator, matches| {
         fill(calibrator, &scene(99));
         assert_eq!(calibrator.advance_pair(), None);

@@ -34,7 +34,7 @@ pub(crate) fn warped(of: Knock, a: f32, seed: u64) -> Vec<Correspondence<f32>> {
     pair
 }
 
-/// A calibrator with factory extrinsics of a calibration.
+/// A calibrator with factory extrinsics that a calibration has measured.
 pub(crate) fn calibrated(config: Config) -> Tested {
     Tested::new(config, &made())
 }
@@ -45,7 +45,7 @@ pub(crate) fn made() -> FactoryCalibration<f32> {
 
 pub(crate) fn run(calibrator: &mut Tested, of: Knock, a: f32, seeds: core::ops::Range<u64>) {
     for seed in seeds {
-        // The first two pairs after a knock are not applied.
+        // In the first two pairs after a knock the estimate is not locked, and is not applied.
         let _ = take(calibrator, &warped(of, a, seed));
         let _ = calibrator.apply();
     }

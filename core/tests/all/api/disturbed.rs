@@ -1,4 +1,4 @@
-//! Correspondences that do not fit a rig, or no longer fit it.
+//! Disturbed correspondences: with outliers, outliers alone, and with additional noise.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

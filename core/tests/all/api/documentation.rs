@@ -38,7 +38,7 @@ fn every_test_that_the_derivation_names_exists() {
     assert!(names > 20, "{names}");
 }
 
-/// The Rust files of a folder and those below it.
+/// The text of all Rust files in a folder and in its subfolders, except `target`.
 fn sources(folder: &Path) -> String {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
     let of = |path: PathBuf| match path.extension() {

@@ -109,7 +109,7 @@ fn at_regular_places(
     matches
 }
 
-/// Number of runs of 40 far pairs that at some time observe the baseline, or do not lock.
+/// Number of runs of 40 far pairs that observe the baseline after any pair, or are not locked after the last pair.
 fn misled(n: usize, scene: impl Fn(Vec<Correspondence<f32>>) -> Vec<Correspondence<f32>>) -> usize {
     let truth = rig(ROTATION, BASELINE);
     let observes = |run: &u64| {

@@ -1,4 +1,4 @@
-//! The robust preset: exact without noise, bounded, and the same bits pass by pass.
+//! The robust preset: exact without noise, with a bounded number of passes, and with the same bits pass by pass.
 
 use crate::api::disturbed::garbage;
 use crate::api::presets::{robust, with};
@@ -59,7 +59,7 @@ fn a_knock_before_the_lock_takes_no_more_passes_than_the_limit() {
             let matches = correspondences(&rig(ROTATION, BASELINE), 250, 0.5, 3 * seed + n);
             let _ = take(&mut calibrator, &matches);
         }
-        // A search with the baseline turned, a track of the challenger, and a last search.
+        // This pair may take a search with a turned baseline, a track of the challenger, and a last search.
         fill(&mut calibrator, &correspondences(&knocked, 250, 0.5, 100 + seed));
         let outcome = calibrator.solve_pair();
         assert_ne!(outcome.fused, Err(Rejection::NotBegun), "{limit}, {seed}");
@@ -81,7 +81,7 @@ fn a_search_takes_no_more_than_twelve_passes_and_reports_them() {
     let report = solved::<f32>(0.5, 2);
     assert!(report.passes <= 12 && report.stop == Stop::Converged, "{report:?}");
     assert!(report.rms_px_after < 0.6 && report.cost_after < report.cost_before);
-    // Uniform noise of +-0.5 px.
+    // Uniform noise of +-0.5 px has a standard deviation of 1 px over the root of 12.
     assert!((report.noise_px * 12.0_f32.sqrt() - 1.0).abs() < 0.2, "{}", report.noise_px);
 }
 

@@ -1,4 +1,4 @@
-//! A generated rig and its correspondences, for the tests of the public API and of the store.
+//! A generated rig and its correspondences, which most tests use.
 
 use nalgebra::{Matrix3, Vector3};
 use rand::{RngExt, SeedableRng};

@@ -50,7 +50,7 @@ fn one_cell(n: u16, rng: &mut ChaCha8Rng) -> Vec<Correspondence<f32>> {
 #[test]
 fn the_few_matches_outside_a_crowd_stay_whenever_they_come() {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    // Twelve cells with one match each, of the lowest score.
+    // Twelve matches of the lowest score in the eight cells of a row of cells.
     let few: Vec<_> = (0..12).map(|i| at(130.0 + 160.0 * i as f32, 900.0, 30.0, 0.0)).collect();
     for place in [0, 20, 60, 400] {
         let mut offered = one_cell(400, &mut rng);
@@ -99,7 +99,7 @@ fn among_equal_scores_every_match_of_a_cell_has_the_same_chance() {
         for (i, c) in offered.iter_mut().enumerate() {
             let disparity = (i * 7 + usize::from(seed)) % 100;
             c.right[0] = c.left[0] - disparity as f32;
-            // No match is offered twice.
+            // A random row, so that no match is offered twice in all runs.
             c.right[1] += f32::from(rng.random::<u16>()) / 65_536.0;
             let rays = cameras::<f32>().rays(c).unwrap();
             index.insert(key(rays.left(), rays.right()), [i, disparity]);
@@ -159,7 +159,7 @@ fn the_fate_of_each_match_is_reported_and_counted() {
 
 #[test]
 fn a_match_without_rays_takes_no_place_of_a_full_batch() {
-    // The model folds back at a radius of 0.385.
+    // The model folds back at a distorted radius of 0.385.
     let fold = RadialTangential::try_new([-1.0, 0.0, 0.0, 0.0, 0.0]).unwrap();
     let pinhole = cameras::<f32>().left;
     let folding = Camera::try_new(*pinhole.intrinsics(), Lens::RadialTangential(fold)).unwrap();

@@ -91,7 +91,8 @@ fn passes_are_bounded_and_what_they_reach_is_reported() {
     assert!(report.cost_after < report.cost_before);
 }
 
-/// Mean over 200 trials of the squared errors over the predicted variances; it is 1 up to the scatter of the trials.
+/// Mean over 200 trials of the squared errors over the predicted variances. If the predictions are right, it is 1 up to
+/// the scatter of the trials.
 fn mean_square_of_errors_over_predictions(
     truth: &Extrinsics<f32>,
     scene: impl Fn(u64) -> Vec<Correspondence<f32>>,
@@ -128,8 +129,8 @@ fn a_calibrator_of_256_correspondences_fits_11_kib() {
     assert!(bytes <= 11_264);
 }
 
-/// A pair in which every third row is wrong by up to 4 px in either direction: mostly beyond the Huber threshold, and
-/// without a bias.
+/// A pair in which the right row of every third match is wrong by up to 4 px in either direction: mostly beyond the
+/// Huber threshold, and without a bias.
 fn with_wrong_rows(n: usize, seed: u64) -> Vec<Correspondence<f32>> {
     let mut all = correspondences::<f32>(&rig(ROTATION, BASELINE), n, 0.5, seed);
     for (i, c) in all.iter_mut().enumerate().filter(|(i, _)| i % 3 == 0) {
@@ -187,7 +188,7 @@ fn the_noise_of_a_few_correspondences_is_estimated_without_bias() {
         }
         calibrator.discard_pair();
     }
-    // Uniform noise of +-0.5 px on two rows has variance 1/6. Rows near the image
-    // border count slightly more than once.
+    // Uniform noise of +-0.5 px on two rows has variance 1/6. The rectification magnifies the noise near the image
+    // border slightly.
     assert!((sum / trials * 6.0 - 1.0).abs() < 0.15, "{}", sum / trials * 6.0);
 }

@@ -259,7 +259,7 @@ fn a_drift_of_small_steps_is_noticed_and_followed() {
             worst = worst.max(off[axis].abs() / ten_pairs);
         }
         assert!(renewals >= 4 && locks >= 150, "{axis} {step}: {renewals} {locks}");
-        // The window over recent pairs sees the drift that no single pair shows.
+        // The window over recent pairs detects the drift, which no single pair shows.
         assert!(renewed >= 1, "{axis} {step}");
         // 25 deviations of ten pairs are eight deviations of a single pair.
         assert!(worst < 25.0, "{axis} {step}: {worst}");
@@ -308,7 +308,7 @@ fn a_pair_that_agrees_but_leads_beyond_the_correction_limit_makes_the_estimate_s
     let refused = (6..200).find(|&seed| {
         before = calibrator.proposal().unwrap();
         assert_eq!(before.state, State::Locked);
-        // The rig turns slowly outwards.
+        // The rig slowly turns further from the factory extrinsics.
         let [x, y, z] = ROTATION;
         let further = 0.0002 * (seed - 5) as f64;
         take(&mut calibrator, &scene([x + further, y, z], seed)) == beyond

@@ -135,7 +135,7 @@ impl<T: Number> Trace<T> {
             self.line(&health(&now));
         }
         let checksum = self.record().last_chunk().map(|bytes| u32::from_le_bytes(*bytes));
-        // Without the checksum in `f64`, because the last bit of a generated `f64` depends on the processor.
+        // The checksum is left out in `f64`, because the last bit of a generated `f64` depends on the processor.
         if let Some(checksum) = checksum.filter(|_| size_of::<T>() == size_of::<f32>()) {
             self.line(&format!("{checksum:08x}"));
         }

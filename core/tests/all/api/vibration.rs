@@ -32,7 +32,7 @@ pub(crate) fn shaken(vibration_deg: f64, seed: u64) -> Extrinsics<f64> {
     Extrinsics::try_new(r.matrix(), &(turn * steady.translation().into_inner())).unwrap()
 }
 
-/// Takes a pair of the vibrating rig and applies the estimate; returns whether the rig may arm before that.
+/// Takes a pair of the vibrating rig, then applies the estimate. Returns whether the rig may arm between the two steps.
 fn take(calibrator: &mut Tested, pair: u64, vibration_deg: f64) -> bool {
     for m in correspondences::<f32>(&shaken(vibration_deg, pair), 200, 0.5, 1000 + pair) {
         calibrator.push(&m).unwrap();
@@ -68,7 +68,7 @@ fn extrinsics_in_use_that_are_off_are_misaligned_on_a_vibrating_rig_too() {
         for m in correspondences::<f32>(&shaken(0.1, pair), 200, 0.5, 1000 + pair) {
             calibrator.push(&m).unwrap();
         }
-        // The pair is not applied: the factory extrinsics stay in use.
+        // The estimate is not applied: the factory extrinsics stay in use.
         let _ = calibrator.solve_pair();
         last = calibrator.health().ok();
         calibrator.discard_pair();
@@ -150,7 +150,7 @@ fn pairs_of_other_rigs_are_not_taken_for_vibration() {
     let mut calibrator = fresh();
     let mut kept_apart = 0;
     for pair in 0..60_u64 {
-        // Every second pair after the lock is turned by two degrees, each in another direction.
+        // In every second pair after the lock, the right camera is turned at random, by 2 degrees RMS about each axis.
         let turned = if pair > 10 && pair.is_multiple_of(2) { 2.0 } else { 0.0 };
         for m in correspondences::<f32>(&shaken(turned, pair), 200, 0.5, 1000 + pair) {
             calibrator.push(&m).unwrap();

@@ -60,7 +60,7 @@ fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
     let outside = RangeReading { pixel: [-5.0, 3.0], ..good };
     let error = RangeError::Pixel(UndistortError::OutsideImage);
     assert_eq!(calibrator.push_witness(&outside), Err(error));
-    // A reading through a window, and readings of another point.
+    // Readings of another point: of a window pane in front of the match, or of something behind the match.
     for factor in [0.1, 0.5, 10.0] {
         let near = pair.iter().find(|c| c.left[0] - c.right[0] > 60.0).unwrap();
         let wrong = reading(NONE, near, factor);
@@ -131,7 +131,7 @@ fn readings_that_contradict_wait_until_they_outvote_the_earlier_ones() {
 /// Matches of 120 points in two pairs of a rig that moves between the pairs. Rows are off by `a x y`.
 ///
 /// * `translation`: motion of the points in the left camera frame, baselines.
-/// * `turn`: turn of the rig about y, rad.
+/// * `turn`: turn of the points about the y axis of the left camera, rad.
 pub(crate) fn tracked(
     of: Knock,
     a: f64,
@@ -262,7 +262,7 @@ fn tracks_of_random_rays_show_no_motion_and_leave_no_trace() {
     }
 }
 
-/// Counts of contradicting ranges and motions; checks that the text of the health names them.
+/// Counts of contradicting ranges and motions; checks that the text of the health names them if there are any.
 fn counts(calibrator: &Tested) -> [u16; 2] {
     let health = calibrator.health().unwrap();
     let counts = [health.contradicting_ranges, health.contradicting_motions];
@@ -295,7 +295,7 @@ fn ranges_and_motions_that_contradict_are_counted_until_a_reset() {
     let mut waits = slightly.iter().map(|of| calibrator.push_witness(of));
     assert!(waits.any(|of| of == Ok(Witnessed::Waiting)));
     assert_eq!(counts(&calibrator), [4, 0]);
-    // Tracks of a rig that is turned by two degrees.
+    // Tracks of a rig whose yaw differs by two degrees.
     let other = tracked([0.0, 2.0, 0.0], 0.0, [0.5, 0.1, -4.0], 0.0);
     assert_eq!(calibrator.push_witness(&other[..]), Err(MotionError::Contradicts));
     assert_eq!(counts(&calibrator), [4, 1]);

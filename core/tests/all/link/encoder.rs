@@ -1,4 +1,4 @@
-//! The encoder against frames that the tests assemble and seal.
+//! The encoder against frames that the tests assemble from header, records and CRC.
 
 use crate::link::roundtrip::{headers, records};
 use crate::link::stream::{Frame, HEADER, received, sealed};

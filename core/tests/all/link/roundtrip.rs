@@ -30,7 +30,7 @@ prop_compose! {
 }
 
 prop_compose! {
-    /// Any frame of up to 40 matches.
+    /// Any frame of fewer than 40 matches.
     pub(crate) fn frames()(
         header in headers(),
         records in prop::collection::vec(records(), 0..40),

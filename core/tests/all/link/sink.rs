@@ -3,7 +3,7 @@
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{FrameHeader, FrameRefusal, FrameSink};
 
-/// Sink that holds the last frame.
+/// Sink that holds the matches of the last frame.
 #[derive(Debug, Default, PartialEq)]
 pub(crate) struct Taken {
     pub(crate) matches: Vec<Correspondence<f32>>,

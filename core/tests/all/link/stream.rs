@@ -3,7 +3,7 @@
 use stereo_selfcal::Correspondence;
 use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, MatchRecord, Received};
 
-/// A frame: its content and its bytes.
+/// Content of a frame.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Frame {
     pub(crate) header: FrameHeader,
@@ -100,7 +100,7 @@ pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
     (frames, damages)
 }
 
-/// Whole frames of a stream that is fed in one piece, and the damage of the others.
+/// Whole frames of a stream that is fed in one piece, the damage of the others, and the decoder after the stream.
 pub(crate) fn received(bytes: &[u8]) -> (Vec<Frame>, Vec<Damage>, Decoder) {
     let mut decoder = Decoder::new();
     let (frames, damages) = whole(&events(&mut decoder, [bytes]));

@@ -11,7 +11,7 @@ use stereo_selfcal::{Config, Correspondence, Reason};
 
 const HEADER: FrameHeader = FrameHeader { grid_step: 0, fraction_bits: 8, ..vectors::HEADER };
 
-/// The match whose rays these are, in the resolution of the wire; `None` if a pixel is outside its image.
+/// The match with these rays, rounded to the resolution of the wire; `None` if a pixel is outside its image.
 fn seen(rays: &RayPair<f32>) -> Option<Correspondence<f32>> {
     let cameras = cameras::<f32>();
     let left = cameras.left.pixel(rays.left().into()).ok()?;

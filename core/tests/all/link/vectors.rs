@@ -38,7 +38,8 @@ fn good(sequence: u32) -> Vec<u8> {
     frame(header, &[one, two].map(|m| MatchRecord::encode(&m, &header).unwrap()))
 }
 
-/// A frame with every field at the end of its range.
+/// A frame in which timestamp, image size and scales, and coordinates, score and level of each record, are at the ends
+/// of their ranges.
 fn maximal() -> Vec<u8> {
     let header = FrameHeader {
         timestamp_us: u64::MAX,

@@ -21,7 +21,7 @@ fn sealed<const N: usize>(mut record: [u8; N]) -> [u8; N] {
     record
 }
 
-/// Restores into a calibrator with pairs, and checks that it is fresh afterwards.
+/// Restores into a calibrator with pairs, checks that the restore fails and leaves it fresh, and returns the error.
 fn refused(record: &[u8]) -> RestoreError {
     let mut calibrator = after::<f32>(Config::robust(), 5);
     let error = calibrator.restore(record).unwrap_err();
@@ -76,7 +76,8 @@ fn a_record_of_something_else_is_refused_with_its_own_error() {
     assert_eq!(restored::<f32>(Config::paper(), &good).state(), State::Acquiring);
 }
 
-/// Ranges of the numbers of a record, from byte 20 on, as `FORMAT.md` states them; 0 for a number that is not changed.
+/// Ranges from which the numbers of a record are drawn, from byte 20 on; 0 for a number that is not changed. No range
+/// is larger than in `FORMAT.md`, but conditions between numbers, which `FORMAT.md` also states, may be broken.
 fn ranges() -> Vec<f32> {
     let calibration = [0.3, 0.3, 0.3, 0.0, 0.0, 0.0, 0.0, 0.0];
     let of = |n: usize, range: f32| vec![range; n];
@@ -102,7 +103,7 @@ fn drawn(range: f32, is_signed: bool, rng: &mut ChaCha8Rng) -> f32 {
     if is_signed && rng.random() { -size } else { size }
 }
 
-/// Whether a record is accepted and leads to the truth within thirty good pairs.
+/// Whether a record is accepted. If so, checks that thirty good pairs lead to the truth.
 fn recovers(record: &Record, seed: u64) -> bool {
     let mut calibrator = robust::<f32>();
     if calibrator.restore(record).is_err() {
@@ -128,7 +129,8 @@ fn after_random_numbers_within_range_thirty_good_pairs_lock_on_the_truth() {
     for seed in 0..runs(300, 20_000) {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut record = good;
-        // About one number, a few, or all are replaced. The diagonal of the information stays positive.
+        // About one number, a tenth of the numbers, or all are replaced. The diagonal of the information stays
+        // positive.
         let share = *[0.01, 0.1, 1.0].choose(&mut rng).unwrap();
         let diagonal = [0, 2, 5, 9, 14];
         for (k, range) in ranges.iter().enumerate() {

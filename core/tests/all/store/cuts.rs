@@ -10,8 +10,9 @@ use test_support::is_campaign;
 /// Number of saves. In the short test they use every slot of the flash at least once.
 const SAVES: u32 = 8;
 
-/// Cuts the power at every word of each save, and again in the next save. Returns the numbers of states lost, of
-/// factory calibrations lost, of saves refused afterwards, and of cuts.
+/// Cuts the power at every word of each save (every seventh word in the short test), and again in the next save.
+/// Returns the numbers of states lost, of factory calibrations lost, of saves refused afterwards, and of runs with two
+/// cuts.
 fn cut<const W: usize, const E: usize>(blocks: usize, blank: Blank, tear: Tear) -> [u32; 4] {
     let (mut counts, every) = ([0; 4], if is_campaign() { 1 } else { 7 });
     let mut prepared = Kept::open(flash::<W, E>(blocks, blank, tear));
@@ -75,7 +76,7 @@ fn cut_all<const W: usize, const E: usize>(blocks: usize) -> u32 {
 
 #[test]
 fn power_may_fail_at_any_word_of_a_save_and_of_the_next() {
-    // Each block holds two to four slots.
+    // In the short test each block holds two to four slots.
     let cuts = [cut_all::<4, 1024>(2), cut_all::<8, 1024>(3), cut_all::<32, 2048>(2)];
     let rest = if is_campaign() { [cut_all::<8, 4096>(4), cut_all::<1, 512>(2)] } else { [0; 2] };
     println!("{} cuts", cuts.iter().chain(&rest).sum::<u32>());

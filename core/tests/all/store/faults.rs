@@ -144,7 +144,7 @@ fn flash_that_holds_anything_takes_records() {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let mut kept = Kept::open(Nor::new(4, seed));
         assert!(kept.save_factory(1) && kept.save(9));
-        // Parts of the valid records are copied to random places.
+        // Parts of the flash, which may be parts of the valid records, are copied to random places.
         let mut bytes = kept.0.close().bytes;
         for _ in 0..rng.random_range(1..6) {
             let [from, to] = [(); 2].map(|()| 8 * rng.random_range(0..bytes.len() / 8 - 60));

@@ -23,7 +23,7 @@ const HALF: usize = CAPACITY / 2;
 const START_DEGREES: f32 = 5.0;
 const KNOCKED_DEGREES: f32 = 5.5;
 
-/// Number of measured pairs after the lock and after the knock.
+/// Number of measured pairs after the lock, after the knock, and after the loss of the estimate.
 const MEASURED_PAIRS: usize = 8;
 
 /// Number of batches of outliers alone, enough for the state `Lost`.
@@ -256,7 +256,7 @@ impl<'a, T: Scalar> Run<'a, T> {
         self.row("suspect at most", most);
     }
 
-    /// Measures batches of outliers, until the state is lost.
+    /// Measures batches of outliers alone, after which the state is lost.
     fn lose(&mut self) {
         self.scene.outliers = 10;
         let most = (0..OUTLIER_BATCHES).map(|_| self.pair().update).max().unwrap_or(0);
@@ -264,7 +264,7 @@ impl<'a, T: Scalar> Run<'a, T> {
         self.row("of mismatches at most", most);
     }
 
-    /// Measures pairs of a rig that has moved meanwhile, until locked.
+    /// Measures pairs of a rig that has moved meanwhile, after which the state is locked.
     fn recover(&mut self) {
         self.scene = Scene::new(Rig::off(START_DEGREES));
         let most = (0..MEASURED_PAIRS).map(|_| self.pair().update).max().unwrap_or(0);

@@ -39,7 +39,7 @@ pub(crate) struct Rig {
 }
 
 impl Rig {
-    /// A rig that deviates from the side-by-side rig by `degrees` about each axis, and `t` by as many.
+    /// A rig that deviates from the side-by-side rig: `R` by `degrees` about each axis, and `t` by `degrees`.
     pub(crate) fn off(degrees: f32) -> Self {
         let angle = degrees.to_radians();
         let rotation = so3::exp(&Vector3::new(angle, -angle, angle)).expect("finite");

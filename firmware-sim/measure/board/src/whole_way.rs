@@ -1,4 +1,4 @@
-//! The whole way of a large frame: wire bytes, the selection of a batch, and the pair up to `fuse`.
+//! The whole way of a large frame: wire bytes, the selection of a batch, and the pair up to its fusion.
 
 use stereo_selfcal::link::{Decoder, MatchRecord, Received};
 use stereo_selfcal::{Config, FactoryCalibration, Scalar, State};
@@ -66,7 +66,7 @@ pub(crate) fn measure<T: Scalar>(probe: &Probe) {
 }
 
 impl<T: Scalar> Way<'_, T> {
-    /// Instructions of one frame, from its first byte to `fuse`.
+    /// Instructions of one frame, from its first byte to the fusion of its pair.
     fn frame(&mut self) -> u32 {
         let Self { probe, scene, decoder, calibrator, records, bytes, sequence } = self;
         scene.fill(records);

@@ -21,7 +21,7 @@ use super::super::polling::driver;
 const PAGE: usize = 8192;
 const WORD: usize = 8;
 
-/// Largest number of writes and erasures before the power is lost: about as many as a save takes.
+/// Largest number of writes of words and erasures before the power is lost: about as many as a save takes.
 const LAST_WORDS: u32 = 60;
 
 /// Time between two pairs.
@@ -120,7 +120,8 @@ impl Hardware {
         PERIOD * sequence
     }
 
-    /// Sends the frame of a pair, with the faults of wire and data-ready.
+    /// Sends the frame of a pair, with the faults of wire and data-ready. The frame is lost if the buffer of the
+    /// matcher is full.
     ///
     /// * `pair`: matches, each with its track, or 0.
     pub(super) fn send(&mut self, sequence: u32, pair: &[(Match, u16)]) {
@@ -141,7 +142,7 @@ impl Hardware {
         self.wire.send(bytes);
     }
 
-    /// Draws whether the power is lost. The flash then accepts a limited number of further writes.
+    /// Draws whether the power is lost. If so, the flash accepts only a limited number of further writes and erasures.
     pub(super) fn power(&mut self) -> Power {
         if !self.rng.random_bool(self.profile.power) {
             return Power::On;

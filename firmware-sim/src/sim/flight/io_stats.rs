@@ -34,7 +34,7 @@ impl IoStats {
         self.starts > 1
     }
 
-    /// Counts the save after a pair.
+    /// Counts the save after a pair, and the pairs since a restored start until locked.
     pub(super) fn note<E: fmt::Debug>(
         &mut self,
         kept: &Result<Option<SaveReason>, StoreError<E>>,

@@ -1,4 +1,5 @@
-//! Prints a line for every pair that changes the state, verdict or health, and for every fiftieth.
+//! Prints a line for every pair that changes the state, verdict or health, for every pair whose verdict is not that it
+//! was added, and for every fiftieth pair.
 
 use std::io::Write;
 
@@ -94,7 +95,8 @@ impl Log {
         Self { baseline_m, last: None }
     }
 
-    /// Prints a line if something has changed.
+    /// Prints a line if something has changed since the last line, if the pair was received but not added, or if the
+    /// number of the pair is a multiple of [`INTERVAL`].
     pub(super) fn note(
         &mut self,
         out: &mut impl Write,

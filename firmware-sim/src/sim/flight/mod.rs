@@ -190,8 +190,8 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
 ///
 /// * `own`, `next`: tracks of the moves before this pair and before the next one.
 fn tracked(sequence: u32, pair: &[Match], own: &[Track], next: &[Track]) -> Vec<(Match, u16)> {
-    // No pair comes before the first.
     let first = |sequence: u32| 1 + TRACKS * u16::try_from(sequence % MOVES).unwrap_or(0);
+    // No pair comes before the first.
     let own: &[Track] = if sequence == 0 { &[] } else { own };
     let track = |m: &Match| {
         let mut tracks = own.iter().zip(first(sequence)..);

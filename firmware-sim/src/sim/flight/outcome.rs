@@ -17,7 +17,8 @@ pub(super) struct Outcome {
     detected: Option<usize>,
     /// Number of pairs from the knock until the estimate follows it.
     took_over: Option<usize>,
-    /// Largest errors in use: locked before the knock, from the knock to the take-over, after the take-over.
+    /// Largest errors in use: from the first lock to the knock, from the knock to the take-over, and from the take-over
+    /// on.
     worst: [Option<Deviation<f64>>; 3],
     last: Option<Last>,
 }
@@ -31,7 +32,9 @@ struct Last {
 }
 
 impl Outcome {
-    /// * `knock`: index of the first pair after it.
+    /// Returns the figures of a flight.
+    ///
+    /// * `knock`: index of the first pair after the knock.
     pub(super) fn of(moments: &[Moment], knock: usize) -> Self {
         let locked = moments.iter().position(|m| m.state == State::Locked);
         let (before, after) = moments.split_at(knock.min(moments.len()));

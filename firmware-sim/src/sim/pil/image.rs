@@ -50,7 +50,7 @@ pub(super) enum ImageError {
 pub(super) fn build(machine: Machine) -> Result<TempPath, ImageError> {
     let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     let script = workspace.join(".cargo/for-target");
-    // Excludes other runs from the build to the copy.
+    // Held until the copy is made, so that no other run builds in between.
     let _alone = match locked(&script) {
         Ok(lock) => lock,
         Err(why) => return Err(ImageError::NoScript { script, why }),

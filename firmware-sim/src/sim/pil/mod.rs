@@ -99,7 +99,7 @@ struct Comparison {
 /// Runs a session: solves each pair on both sides and compares the results.
 ///
 /// # Errors
-/// If the line, a reply or the output fails.
+/// If the line, a reply or the output fails, or the controller has another capacity.
 fn compare_pairs<L: Read + Write>(
     set: &Dataset,
     line: L,

@@ -35,6 +35,8 @@ pub(super) enum SessionError {
 }
 
 impl SessionError {
+    /// Returns the error of a read or a write on the line.
+    ///
     /// * `awaited`: the reply, in words.
     fn of(error: io::Error, awaited: &'static str) -> Self {
         match error.kind() {

@@ -19,6 +19,8 @@ pub(super) struct Table {
 }
 
 impl Table {
+    /// A table without rows.
+    ///
     /// * `calibrator`: calibrator before the first pair.
     ///
     /// # Errors

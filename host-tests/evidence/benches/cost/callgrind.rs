@@ -1,4 +1,4 @@
-//! Instructions by valgrind's callgrind: this program again, one row of its table, counting only
+//! Instructions, counted by valgrind's callgrind. It runs this program again for one row of the table, and counts only
 //! inside [`run_counted`].
 
 use std::fs;

@@ -18,7 +18,8 @@ pub(crate) const PAIRS: usize = 50;
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
 
-/// Passes of a search after the first one and before the measured one: of more than 128 matches, of fewer.
+/// Calls of `advance_pair` after the first one and before the measured one: for more than 128 matches, and for at most
+/// 128.
 const ANNEALED: [usize; 2] = [4, 8];
 
 /// Seed of the measured pairs; the pairs that lock a calibrator have the next seed.
@@ -185,7 +186,7 @@ fn amid(scene: &Scene, pair: &SynthPair) -> Result<Job> {
     Ok(Job::Pass(calibrator))
 }
 
-/// A locked calibrator before each of the measured pairs.
+/// The locked calibrator before each of the measured pairs. Pairs before which it is not locked are left out.
 fn locked(scene: &Scene, pairs: impl Iterator<Item = SynthPair>) -> Result<Vec<Job>> {
     let factory = FactoryCalibration::guess(scene.dataset(0, SEED)?.cameras()?);
     let mut calibrator = Box::new(Calibrator1024::new(Config::robust(), &factory));

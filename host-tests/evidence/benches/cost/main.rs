@@ -4,8 +4,8 @@
 //! cargo bench -p selfcal-evidence --bench cost
 //! ```
 //!
-//! Scene `near` (3 to 80 baselines), 0.3 px, `R` off by 5 degrees about each axis and `t` by 5. From
-//! `R = I`, `t = (-1, 0, 0)`, all methods on the same pairs. The calibrator in `f32`:
+//! Scene `near` (3 to 80 baselines), 0.3 px of noise, `R` off by 5 degrees about each axis and `t` by 5 degrees. All
+//! methods solve the same pairs from `R = I`, `t = (-1, 0, 0)`. The calibrator computes in `f32`:
 //! - `robust, acquiring`: `solve_pair` of a fresh calibrator;
 //! - `robust, one pass`: a late pass of such a search, with its step;
 //! - `robust, locked`: `solve_pair` of a calibrator locked on earlier pairs;

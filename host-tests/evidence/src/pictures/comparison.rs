@@ -43,7 +43,8 @@ pub struct Scores {
 /// those that the robust preset keeps within [`SCREEN_PX`](host_tests::run::SCREEN_PX).
 ///
 /// # Errors
-/// If there is no estimate of ours to measure with, or the scene's cameras are not valid.
+/// If the robust preset gives no estimate to measure with, no match is in row under it, or the scene's cameras are not
+/// valid.
 pub fn comparison(scene: &PicturedScene) -> Result<Vec<Attempt>> {
     let start = Extrinsics::SIDE_BY_SIDE;
     let ours = calibrated(scene, Config::robust())?;
@@ -84,7 +85,7 @@ fn calibrated(scene: &PicturedScene, config: Config) -> Result<Extrinsics<f64>> 
     Ok(log.fused().context("no pair of the scene could be fused")?.extrinsics)
 }
 
-/// Bundle adjustment with estimated noise: with one setting the best of all rivals on the recordings.
+/// Bundle adjustment with estimated noise: the best rival on the recordings, if each has one setting for all of them.
 fn bundle(
     scene: &PicturedScene,
     cameras: &Cameras<f64>,

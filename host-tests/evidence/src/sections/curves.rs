@@ -9,7 +9,7 @@ use host_tests::chart::curves::{self, Curve, Line, Scale};
 use host_tests::stats;
 use selfcal_commands::report::{Csv, Entry, Figure, Mark, Picture, Section};
 
-/// Words of a curve.
+/// Axis and caption of the figures of a sweep.
 struct Words {
     x: &'static str,
     log: bool,
@@ -195,7 +195,7 @@ fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of
     }
 }
 
-/// `e_t` of every method at its best setting, as a multiple of ours.
+/// Small multiples: `e_t` of each rival at its best setting, beside ours and the bound.
 fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
     let words = words(sweep.axis);
     let x = Scale { name: words.x.into(), log: words.log };
@@ -281,7 +281,7 @@ fn numbers_of(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Vec<f64> {
     trials.iter().flatten().flatten().map(of).collect()
 }
 
-/// `None` if fewer than half of the trials have an estimate.
+/// RMS over the trials with an estimate; `None` if fewer than half of the trials have one.
 pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
     let numbers = numbers_of(trials, of);
     if 2 * numbers.len() < trials.as_ref().map_or(0, Vec::len) {

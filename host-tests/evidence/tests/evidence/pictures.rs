@@ -76,7 +76,7 @@ fn a_ramp_is_found_to_a_fraction_of_a_pixel() {
     let right = seen_from_the_right(&left, |[u, _]| 6.0 + u / 16.0);
     let found = Disparities::of(&left, &right, 32);
     let [median, _, share] = errors(&found, |u| (96.0 + u) / 17.0);
-    // Whole disparities would be off by 0.25 px.
+    // Disparities in whole px would be off by 0.25 px in the median.
     assert!(median < 0.2 && share > 0.85, "{median} {share}");
 }
 

@@ -160,7 +160,7 @@ impl SourceArgs {
     ///
     /// * `frames`: file for the matches as frames of the link.
     /// * `out`: folder for rig and matches as a data set.
-    /// * `quiet`: prints only skipped items.
+    /// * `quiet`: of the pairs, prints only the skipped ones.
     pub(crate) fn run(
         &self,
         frames: Option<&Path>,

@@ -221,7 +221,7 @@ impl Matcher {
         matches.iter().filter(|m| offset(m).is_some_and(|e: f64| e.abs() <= limit)).count()
     }
 
-    /// The requested number of matches, spread over the cells of the image: the most distinct of each cell come first.
+    /// At most `config.most` matches, spread over the cells of the image: the most distinct of each cell come first.
     fn chosen(&self, left: &Keypoints, mut all: Vec<Tentative>) -> Vec<Tentative> {
         if all.len() <= self.config.most {
             return all;

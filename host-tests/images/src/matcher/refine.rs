@@ -198,7 +198,7 @@ fn columns<const K: usize>(template: &Template) -> [[f32; AREA]; K] {
     })
 }
 
-/// Composes `warp` with the inverse of a step; `None` if the result is far from the identity.
+/// Composes `warp` with the inverse of a step; `None` if there is no inverse, or the result is far from the identity.
 fn compose(warp: &mut Warp, step: &[f32]) -> Option<()> {
     let get = |i: usize| step.get(i).copied().unwrap_or(0.0);
     let [a, b, c, d] = [1.0 + get(2), get(3), get(4), 1.0 + get(5)];

@@ -14,7 +14,7 @@ pub(super) fn is_image(path: &Path) -> bool {
     ENDINGS.contains(&ending.as_str())
 }
 
-/// The images of a folder, or of a pattern, in the order of their names.
+/// The images of a folder or of a pattern, in the order of their names, or a single image. An error without images.
 pub(super) fn images(place: &Path) -> Result<Vec<PathBuf>> {
     let name = place.display();
     let mut found: Vec<PathBuf> = if place.is_dir() {

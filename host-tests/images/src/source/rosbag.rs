@@ -25,7 +25,7 @@ type Message<'a> = (&'a str, &'a str, &'a [u8]);
 /// Hands out all messages.
 ///
 /// # Errors
-/// Where a damaged part of the bag starts.
+/// At the first damaged part of the bag; the messages before it are handed out.
 fn messages(
     bag: &RosBag,
     take: &mut dyn FnMut(Message<'_>) -> ControlFlow<()>,

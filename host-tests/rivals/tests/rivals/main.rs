@@ -1,4 +1,4 @@
-//! The literal method of the paper, beside the core.
+//! The core against a literal transcription of the paper's method.
 
 mod errata;
 mod recorded;

@@ -69,7 +69,7 @@ pub(super) struct Figures {
     /// Numbers of locked pairs, of locked pairs off by more than 5 reported deviations, and of runs off by as much when
     /// they lock.
     pub(super) beyond: [usize; 3],
-    /// Mean and most passes, locked and before.
+    /// Mean and largest number of passes of a pair, while locked and while not locked.
     pub(super) passes: [[f64; 2]; 2],
 }
 

@@ -30,7 +30,7 @@ pub(crate) use tables::{TablesArgs, tables};
 /// Run the robust preset over many generated scenes, against the best that their data allow.
 ///
 /// Every row is one scene; its runs have seeds of their own, 5 degrees off about all axes and t 5
-/// degrees off by default. The meaning of the columns is printed above them. Errors in rad.
+/// degrees off by default. The meaning of the columns is printed above them. Errors in rad; in real in mrad.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   selfcal campaign single --only n256 noise

@@ -110,7 +110,8 @@ fn line(name: &str, figures: &Figures) -> String {
     )
 }
 
-/// Three significant digits, in as few places as possible.
+/// A few significant digits: whole numbers from 100 on, three digits from 0.1 on, four decimals below, one digit below
+/// 0.001.
 fn short(number: f64) -> String {
     match number.abs() {
         size if size.is_nan() => "-".into(),

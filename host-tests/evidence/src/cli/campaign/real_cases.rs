@@ -180,7 +180,7 @@ fn depth() -> Result<Vec<Case>> {
             }
         }
     }
-    // The knock is below the noise of a pair, so it is in the sums before it is detected.
+    // The knock is below the noise of a pair, so it enters the sums of the fusion before it is detected.
     let late = cases.iter().filter(|case| case.name == "0.003-yaw-factory").cloned();
     let few = |mut case: Case| {
         case.name = "few-0.003-yaw-factory".into();
@@ -249,7 +249,7 @@ fn moving() -> Result<Vec<Case>> {
     .collect()
 }
 
-/// Views that move against each other from pair to pair. Everything but the lens is exact.
+/// Views that move against each other from pair to pair.
 fn vibration() -> Vec<Case> {
     let case = |name: String, disturbance: Disturbance| {
         let mut case = Case::new("vibration", name, ScenarioKind::Near, 60);

@@ -5,7 +5,7 @@ use host_tests::stats::{mean, rms_deviation};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 
-/// Mean and largest number of passes of the pairs that started in such a state.
+/// Mean and largest number of passes of the pairs that started and ended in such a state.
 pub(super) fn passes(runs: &[Run], state: impl Fn(State) -> bool) -> [f64; 2] {
     let mut all = Vec::new();
     for run in runs {

@@ -10,7 +10,7 @@ use host_tests::synth::ScenarioKind;
 use super::CampaignArgs;
 use super::stats::{after, alarms, changes, found_after};
 
-/// Degrees.
+/// Turns of the rig, degrees.
 pub(super) const STEPS: [f64; 7] = [5.0, 0.5, 0.3, 0.1, 0.05, 0.02, 0.01];
 
 /// Numbers of pairs from a step to the first change of the estimate, of the runs that have one.

@@ -141,7 +141,7 @@ fn the_colour_cameras_of_kitti_have_their_own_projections() {
         fs::create_dir_all(dir.path().join(folder)).unwrap();
         image.save(dir.path().join(folder).join("000000_10.png")).unwrap();
     }
-    // The grey cameras differ: the right one is 40 px lower.
+    // The grey cameras differ: the principal point of the right one is 40 px lower.
     let p = |n: u8, cy: f64, x: f64| format!("P{n}: {FOCAL} 0 {cx} {x} 0 {FOCAL} {cy} 0 0 0 1 0\n");
     let text = [p(0, cy, 0.0), p(1, cy + 40.0, -200.0), p(2, cy, 40.0), p(3, cy, -300.0)].concat();
     fs::write(dir.path().join("calib.txt"), text).unwrap();

@@ -8,7 +8,7 @@ use image::{GrayImage, ImageFormat};
 use crate::call::check;
 use crate::images::scene::{SIZE, camera_info, moving};
 
-/// Operations of records.
+/// Op codes of records.
 const MESSAGE: u8 = 2;
 const BAG: u8 = 3;
 const CHUNK: u8 = 5;

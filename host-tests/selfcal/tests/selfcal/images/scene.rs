@@ -1,4 +1,4 @@
-//! Scenes of the tests: a rig that turns before the Aloe image, as files.
+//! Scenes of the tests: a rig that turns in front of the Aloe image, as files.
 
 use std::path::Path;
 

@@ -12,7 +12,7 @@ use crate::call::check;
 use crate::images::bags::Cdr;
 use crate::images::scene::{FOCAL, SIZE, camera_info, moving};
 
-/// A topic of images, its content, and its encoding.
+/// A topic of images: its name, the side of its images, their encoding, and the delay of their time stamps, ns.
 struct Images<'a> {
     topic: &'a str,
     side: usize,

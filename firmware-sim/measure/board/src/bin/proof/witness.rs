@@ -23,7 +23,7 @@ fn reading() -> RangeReading<f32> {
     }
 }
 
-/// Tracked matches, whose number is unknown to the compiler.
+/// Pushes tracked matches, whose number is unknown to the compiler.
 fn motion(calibrator: &mut Calibrator<f32, 256>) {
     if let Some(pair) = RayPair::try_new(numbers(), numbers()) {
         let tracked = black_box([[pair; 2]; 16]);

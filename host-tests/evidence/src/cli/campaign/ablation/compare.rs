@@ -126,7 +126,7 @@ fn differences(off: &Runs, on: &Runs) -> Vec<Difference> {
     all
 }
 
-/// Passes without the mechanism over those with it, over the runs that both have.
+/// Ratio of the passes without the mechanism to those with it, in the runs that both have.
 fn passes(off: &Runs, on: &Runs) -> f64 {
     let [mut without, mut with] = [0.0; 2];
     for (row, runs) in off {

@@ -45,11 +45,13 @@ struct Pair {
 pub(super) struct Figures {
     /// Error of `t` and of `R` at the end, rad; NaN without an estimate.
     pub(super) error: [f64; 2],
-    /// 1 if the run succeeds: locked at the end; a single pair within 4 times the bound; all wrong matches not locked.
+    /// 1 if the run succeeds, otherwise 0. A run of several pairs succeeds if it is locked at the end, a single pair if
+    /// its errors are below 4 times the bound, and a run that must not lock if it never locks.
     pub(super) success: f64,
-    /// 1 if a locked pair is off by more than 5 reported deviations; a single pair with an answer beyond the bound.
+    /// 1 if the estimate is off by more than 5 reported deviations after any pair while locked, otherwise 0. For a
+    /// single pair: 1 if it has an answer that is not within 4 times the bound.
     pub(super) bad: f64,
-    /// Part of the pairs after which the rig is armed.
+    /// Share of the pairs after which the rig may arm; 0 for a single pair.
     pub(super) armed: f64,
     /// Changes of the estimate of a rig that has not turned; NaN for a drift.
     pub(super) alarms: f64,
@@ -120,23 +122,23 @@ impl Row {
         }
     }
 
-    /// The pair from which on the rig is another one.
+    /// Index of the first pair after the turn; `None` if the rig does not turn in one step.
     fn step(&self) -> Option<usize> {
         let turns = |s: &&Scenario| s.kind == ScenarioKind::Step && s.turn_deg != 0.0;
         self.scenario().filter(turns).map(Scenario::turned_from)
     }
 
-    /// Whether the rig turns with every pair: a change of the estimate is then no false one.
+    /// Whether the rig turns with every pair: a change of the estimate is then not a false alarm.
     fn drifts(&self) -> bool {
         self.scenario().is_some_and(|s| s.kind == ScenarioKind::Drift)
     }
 
-    /// Whether no calibration may be drawn from the matches.
+    /// Whether the matches are wrong on purpose, so that the calibrator must not lock.
     fn must_not_lock(&self) -> bool {
         self.name.starts_with("garbage/") || self.scenario().is_some_and(|s| s.mistake.is_some())
     }
 
-    /// Cramer-Rao bound of a single pair.
+    /// Cramer-Rao bound of a single generated pair; `None` for other rows, and for fewer than [`FEW`] true matches.
     fn bound(&self, seed: u64) -> Result<Option<Deviation<f64>>> {
         let Source::Made(scenario) = &self.source else { return Ok(None) };
         if scenario.pairs > 1 {
@@ -255,7 +257,8 @@ pub(super) fn rows(most: usize) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// Runs all rows, and writes a line a run: `row;seed;figures`. Rows that the files of all mechanisms hold are not run again.
+/// Runs all rows, and writes a line a run: `row;seed;figures`. A row that is complete in the file of a mechanism is not
+/// run again for this mechanism.
 ///
 /// * `switch`: switches the mechanism of that number off in the calling thread.
 /// * `names`: numbers and names of the mechanisms.

@@ -18,8 +18,8 @@ const AS_IT_IS: &str = "as it is";
 /// Switch each mechanism of the estimator off, and compare with the estimator as it is over the same pairs: all rows of
 /// `campaign single`, `fused`, `real`, `steps`, `garbage`, and the recorded sets from 13 views.
 ///
-/// Works on a copy of the tree in target/ablation, built once: there each mechanism has a switch. Runs that are finished
-/// are not run again for the same code. Prints a row of markdown a mechanism.
+/// Works on a copy of the tree in target/ablation, built once: there each mechanism has a switch. Runs that are
+/// finished are not run again for the same code. Prints a row of markdown a mechanism.
 #[derive(Debug, Parser)]
 #[command(version)]
 pub struct Ablation {
@@ -31,7 +31,7 @@ pub struct Ablation {
     #[arg(long, default_value_t = 400, value_name = "N", value_parser = clap::value_parser!(u64).range(4..))]
     single_trials: u64,
 
-    /// Pairs of a run at most: longer ones add little but their mean.
+    /// Largest number of pairs of a run; longer runs show little that is new.
     #[arg(long, default_value_t = 60, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
     pairs: u16,
 
@@ -59,7 +59,7 @@ impl Ablation {
     /// Runs the command.
     ///
     /// # Errors
-    /// Names the mechanism whose text is not found in the tree.
+    /// Names the mechanism whose text is not found in the tree. Also if the copy cannot be written, built or run.
     pub fn run(&self) -> Result<()> {
         let all = mechanisms()?;
         let chosen = |mechanism: &&Mechanism| {

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, ensure};
 
 use crate::cache::digest;
 
-/// The list.
+/// The list of mechanisms; its first lines describe the format.
 const MECHANISMS: &str = include_str!("mechanisms.txt");
 
 /// The switch, in the copy of the core. Each thread has its own number.
@@ -62,7 +62,7 @@ pub(super) fn mechanisms() -> Result<Vec<Mechanism>> {
 /// Files of the core with a switch for every edit: names below core/src, and texts.
 ///
 /// # Errors
-/// Names the mechanism whose text is not found once.
+/// Names the mechanism whose text does not occur exactly once.
 fn edited(root: &Path, mechanisms: &[Mechanism]) -> Result<Vec<(String, String)>> {
     let mut edited: Vec<(String, String)> = Vec::new();
     for mechanism in mechanisms {
@@ -136,7 +136,7 @@ fn write_if_other(to: &Path, content: &[u8]) -> io::Result<()> {
     fs::write(to, content)
 }
 
-/// Place of an expression; white space of any length is alike.
+/// Place of an expression, where white space of any length counts as equal; `None` unless it occurs exactly once.
 fn find(text: &str, expression: &str) -> Option<Range<usize>> {
     let words: Vec<&str> = expression.split_whitespace().collect();
     let first = words.first()?;

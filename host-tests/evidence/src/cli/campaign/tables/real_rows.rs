@@ -52,7 +52,7 @@ const LENSES: [Cases; 12] = [
     ),
 ];
 
-/// Rows with the lens as given only.
+/// Rows of the table `lenses` only.
 const GIVEN: [Cases; 4] = [
     ("1000 pairs, right lens as given", &["long/none"]),
     ("1000 pairs, focal length off by 0.01, 0.02 %", &["long/f_r=0.01%", "long/f_r=0.02%"]),
@@ -60,7 +60,7 @@ const GIVEN: [Cases; 4] = [
     ("parked for 200 pairs, then 100 moving", &["parked/landmarks"]),
 ];
 
-/// Rows with the lens compensated only.
+/// Rows of the table `compensated` only.
 const COMPENSATED: [Cases; 1] = [(
     "right lens as given, vibration of 0.02, 0.05, 0.1, 0.2 degrees",
     &["vibration/0.02", "vibration/0.05", "vibration/0.1", "vibration/0.2"],
@@ -113,7 +113,7 @@ const VIBRATION: [Cases; 4] = [
     ("0.2", &["vibration/0.2"]),
 ];
 
-/// Rows, and columns of a start.
+/// Values of `a`, one for each row, and knocks, one for each column of a start.
 const ERRORS: [&str; 4] = ["0", "0.001", "0.003", "0.01"];
 const KNOCKS: [&str; 4] = ["none", "pitch", "yaw", "roll"];
 
@@ -203,7 +203,7 @@ pub(super) fn tables() -> Vec<Table> {
     ]
 }
 
-/// Seed of the campaigns of real rigs.
+/// First seed of the campaigns of real rigs with few runs.
 const SEED: u64 = 1_000_000;
 
 fn real_args(trials: u32, seed: u64) -> CampaignArgs {
