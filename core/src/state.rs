@@ -11,8 +11,8 @@ pub enum State {
     /// The estimate is confirmed, and the last pair that was compared with it agrees. `R` is certain; `t` may still be
     /// the start value: [`crate::Proposal::baseline_observed`].
     Locked,
-    /// The last pairs disagree with the estimate, a challenger gathers pairs, or no pair has supported a restored
-    /// estimate yet.
+    /// The last pair that was compared with the estimate disagrees, a challenger gathers pairs, or no pair has supported
+    /// a restored estimate yet.
     Suspect,
     /// At least ten pairs in a row disagree with the estimate, and no three of them agree well enough with each other.
     Lost,

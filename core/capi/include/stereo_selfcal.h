@@ -564,14 +564,15 @@ enum selfcal_state_t
     /**
      * suspect
      *
-     * The last pairs disagree with the estimate, a challenger gathers pairs, or no pair has supported a restored
-     * estimate yet.
+     * The last pair that was compared with the estimate disagrees, a challenger gathers pairs, or no pair has
+     * supported a restored estimate yet.
      */
     SELFCAL_STATE_SUSPECT = 13002,
     /**
      * lost
      *
-     * Ten pairs in a row disagree with the estimate, and no three of them agree with each other.
+     * At least ten pairs in a row disagree with the estimate, and no three of them agree well enough with each
+     * other.
      */
     SELFCAL_STATE_LOST = 13003,
     /**
@@ -935,15 +936,15 @@ enum selfcal_reason_t
     /**
      * estimate not locked
      *
-     * The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
+     * The estimate is not confirmed, or the last pair disagrees with it. Forbids arming.
      */
     SELFCAL_REASON_NOT_LOCKED = 65536,
     /**
      * second crowd of matches
      *
-     * Matches with other row offsets agree with a second calibration, and are nearly as many as the matches that
-     * fit the estimate: a fence, or a reflection. Forbids arming, and nothing is applied until the view has
-     * changed.
+     * Matches with residuals on one side of the inliers are nearly as many as the inliers, and may agree with a
+     * second calibration, for instance because of a fence or a reflection. Forbids arming, and nothing is applied
+     * until the view has changed.
      */
     SELFCAL_REASON_SECOND_MODE = 262144,
     /**
@@ -998,8 +999,9 @@ enum selfcal_reason_t
     /**
      * yaw not confirmed
      *
-     * No witness has separated the yaw of the mount from the apparent yaw of the lens: the deviations of yaw and
-     * depth include both.
+     * The standard deviation of the apparent yaw of the lens is above 0.1 degrees: neither the factory calibration
+     * nor witnesses separate it well enough from the yaw of the mount. The deviations of yaw and depth include
+     * both.
      */
     SELFCAL_REASON_YAW = 268435456,
 };

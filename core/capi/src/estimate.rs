@@ -26,12 +26,13 @@ c_enum! {
         SELFCAL_STATE_LOCKED = 13001,
         /// suspect
         ///
-        /// The last pairs disagree with the estimate, a challenger gathers pairs, or no pair has supported a restored
-        /// estimate yet.
+        /// The last pair that was compared with the estimate disagrees, a challenger gathers pairs, or no pair has
+        /// supported a restored estimate yet.
         SELFCAL_STATE_SUSPECT = 13002,
         /// lost
         ///
-        /// Ten pairs in a row disagree with the estimate, and no three of them agree with each other.
+        /// At least ten pairs in a row disagree with the estimate, and no three of them agree well enough with each
+        /// other.
         SELFCAL_STATE_LOST = 13003,
         /// unknown
         ///

@@ -44,13 +44,13 @@ c_enum! {
     pub enum selfcal_reason_t {
         /// estimate not locked
         ///
-        /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
+        /// The estimate is not confirmed, or the last pair disagrees with it. Forbids arming.
         SELFCAL_REASON_NOT_LOCKED = 0x1_0000,
         /// second crowd of matches
         ///
-        /// Matches with other row offsets agree with a second calibration, and are nearly as many as the matches that
-        /// fit the estimate: a fence, or a reflection. Forbids arming, and nothing is applied until the view has
-        /// changed.
+        /// Matches with residuals on one side of the inliers are nearly as many as the inliers, and may agree with a
+        /// second calibration, for instance because of a fence or a reflection. Forbids arming, and nothing is applied
+        /// until the view has changed.
         SELFCAL_REASON_SECOND_MODE = 0x4_0000,
         /// matches biased
         ///
@@ -87,8 +87,9 @@ c_enum! {
         SELFCAL_REASON_AXIS = 0x80_0000,
         /// yaw not confirmed
         ///
-        /// No witness has separated the yaw of the mount from the apparent yaw of the lens: the deviations of yaw and
-        /// depth include both.
+        /// The standard deviation of the apparent yaw of the lens is above 0.1 degrees: neither the factory calibration
+        /// nor witnesses separate it well enough from the yaw of the mount. The deviations of yaw and depth include
+        /// both.
         SELFCAL_REASON_YAW = 0x1000_0000,
     }
 }

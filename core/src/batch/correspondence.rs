@@ -101,7 +101,7 @@ impl<T: Scalar> RayPair<T> {
         [self.left.x, self.left.y, self.right.x, self.right.y]
     }
 
-    /// Returns the rays with another lens model of the right camera.
+    /// Returns the rays after a change of the parameters of the right camera.
     pub(crate) fn changed(&self, change: &RayChange<T>) -> Self {
         Self { right: change.of(self.right), ..*self }
     }

@@ -8,7 +8,7 @@ use core::fmt;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Reason {
-    /// The estimate is not confirmed, or the last pairs disagree with it. Forbids arming.
+    /// The estimate is not confirmed, or the last pair disagrees with it. Forbids arming.
     NotLocked,
     /// Matches with residuals on one side of the inliers are nearly as many as the inliers, and may agree with a second
     /// calibration, for instance because of a fence or a reflection. Forbids arming, and nothing is applied until the

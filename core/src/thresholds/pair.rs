@@ -42,7 +42,7 @@ pub(crate) const LEAST_SCALE_PX: f64 = 0.7;
 /// smaller one stays with a compromise of two crowds.
 pub(crate) const PEAK_OVER_NOISE: f64 = 0.6;
 
-/// Tukey's limit where a second crowd of matches stands beside the inliers: 65 % efficient. A larger limit lets the
+/// Tukey's limit where a second crowd of matches stands beside the inliers: 64 % efficient. A larger limit lets the
 /// crowd bias the pose; a smaller one discards inliers.
 pub(crate) const TIGHT_TUKEY: f64 = 2.5;
 
@@ -125,8 +125,8 @@ pub(crate) const TRACK_PASSES: u16 = 4;
 /// decides the weights. A larger number costs time; a smaller one loses accuracy (a hundredth with half a batch).
 pub(crate) const TRACKED: usize = 128;
 
-/// Squared step in standard deviations at which a search has converged: the optimum of the moments takes one more step.
-/// A larger limit stops early; a smaller one spends passes.
+/// Squared length of a step, in standard deviations, below which a search has converged. The fusion computes the
+/// optimum from the moments, which is one step further. A larger limit stops early; a smaller one spends passes.
 pub(crate) const NEGLIGIBLE: f64 = 0.1;
 
 /// Relative change of the noise at which it has settled. A larger limit stops early; a smaller one spends passes.

@@ -109,7 +109,7 @@ fn aggregated(costs: &[u8], width: usize, range: usize) -> Vec<i16> {
     sums
 }
 
-/// Adds `L_r` (eq 13 there) of one direction to the sums.
+/// Adds the path costs of one direction to the sums: `L_r` of Hirschmueller's eq 13, where `r` is the direction.
 fn aggregate_along(
     costs: &[u8],
     sums: &mut [i16],

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A robot: frames of a matcher, a loss of power, and a restart
 #
-# A matcher on the robot sends its matches as frames over a wire that loses bytes. The program saves its estimate as the
-# firmware does, in a record of 400 bytes; after the loss of power it goes on from there.
+# A matcher on the robot sends its matches as frames over a wire that damages bytes. The program saves its estimate as
+# the firmware does, in a record of 400 bytes; after the loss of power it goes on from there.
 
 # %%
 import csv

@@ -113,7 +113,7 @@ impl Camera {
         camera.core::<f64>().map(|_| camera)
     }
 
-    /// A camera of the core.
+    /// Converts a camera of the core.
     pub(crate) fn of<T: Scalar>(camera: &CoreCamera<T>) -> Self {
         fn all<T: Scalar>(k: &[T]) -> Vec<f64> {
             k.iter().map(|k| k.to_f64()).collect()
@@ -130,7 +130,7 @@ impl Camera {
         Self { K: Matrix(k), dist: Vector(dist), size: size.into(), model }
     }
 
-    /// The camera of the core.
+    /// Converts this camera to a camera of the core.
     ///
     /// # Errors
     /// If a quantity is out of range once it is rounded to `T`.

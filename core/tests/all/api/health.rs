@@ -222,7 +222,7 @@ fn reasons_name_what_speaks_against_a_calibration_also_where_it_may_arm() {
     }
     assert_eq!(of(&calibrator).iter().collect::<Vec<_>>(), [Reason::Misaligned, Reason::Yaw]);
     calibrator.apply().unwrap();
-    // The rig has no factory calibration, so its yaw is not confirmed.
+    // The factory calibration is a guess, so the yaw is not confirmed.
     assert_eq!(of(&calibrator).iter().collect::<Vec<_>>(), [Reason::Yaw]);
 
     take(&mut calibrator, &scene(5)).unwrap();

@@ -7,7 +7,8 @@ fn plain(sequence: u32) -> Vec<u8> {
     Frame::plain(sequence, 5).bytes()
 }
 
-/// Sequence numbers of the whole frames, the damage of the other frames, and the counters.
+/// Sequence numbers of the frames that are handed out, the damage of the frames that are discarded after an intact
+/// header, and the counters.
 fn through(stream: &[Vec<u8>]) -> (Vec<u32>, Vec<Damage>, Counters) {
     let (frames, damages, decoder) = received(&stream.concat());
     let sequences = frames.iter().map(|frame| frame.header.sequence).collect();

@@ -75,7 +75,7 @@ pub(crate) fn events<'a>(
     events
 }
 
-/// Whole frames among the events, and the damage of the others.
+/// Whole frames among the events, and the damage of the frames that are discarded after an intact header.
 pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
     let (mut frames, mut damages) = (Vec::new(), Vec::new());
     let mut open: Option<Frame> = None;
@@ -100,7 +100,8 @@ pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
     (frames, damages)
 }
 
-/// Whole frames of a stream that is fed in one piece, the damage of the others, and the decoder after the stream.
+/// Whole frames of a stream that is fed in one piece, the damage of the frames that are discarded after an intact
+/// header, and the decoder after the stream.
 pub(crate) fn received(bytes: &[u8]) -> (Vec<Frame>, Vec<Damage>, Decoder) {
     let mut decoder = Decoder::new();
     let (frames, damages) = whole(&events(&mut decoder, [bytes]));

@@ -2,8 +2,9 @@
 //!
 //! ORB-SLAM3: `Camera1`, `Camera2`, and `Stereo.T_c1_c2` (`Tlr` of its first version), which takes points of the right
 //! camera to the left one. ORB-SLAM2: `LEFT` and `RIGHT` with the `K D R P` of ROS, or a rectified camera
-//! with `Camera.bf`, focal length times baseline. `stella_vslam` (OpenVSLAM) has the same as `StereoRectifier` and
-//! `Camera.focal_x_baseline`, with flat or nested keys. All in metres.
+//! with `Camera.bf`, focal length times baseline. `stella_vslam` (OpenVSLAM) gives `K D R` of both cameras below
+//! `StereoRectifier`, and `Camera.focal_x_baseline` in place of `P` and `Camera.bf`; its keys may be flat or nested.
+//! Lengths are in metres.
 
 use anyhow::{Result, bail};
 use nalgebra::{Matrix3, Vector3};

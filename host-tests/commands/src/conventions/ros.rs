@@ -103,7 +103,8 @@ fn pair<'a>(
 ) -> Result<[Info<'a>; 2]> {
     let found = files.with(keys.p);
     let count = found.len();
-    // If a file lacks P, all files are read, so that the error names the file and the key.
+    // Files without P are ignored if exactly two files have it. Otherwise all files are taken: of two files, the error
+    // then names the one without P, and the key.
     let found = if count == 2 { found } else { files.values().collect() };
     ensure!(found.len() == 2, "{files}: expected two files, left and right, not {}", found.len());
     let mut infos = found.into_iter().map(|value| read(value, keys)).collect::<Result<Vec<_>>>()?;

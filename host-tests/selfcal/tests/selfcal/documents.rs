@@ -10,6 +10,7 @@ use crate::call::selfcal;
 
 const README: &str = include_str!("../../../../README.md");
 const EVIDENCE: &str = include_str!("../../../EVIDENCE.md");
+const ESTIMATOR: &str = include_str!("../../../../core/ESTIMATOR.md");
 const DATA: &str = include_str!("../../../data/README.md");
 const GUIDE: &str = include_str!("../../README.md");
 const CONTRIBUTING: &str = include_str!("../../../../.github/CONTRIBUTING.md");
@@ -85,10 +86,53 @@ fn links_and_paths_lead_to_files_of_the_repository() {
         }
     }
     let roots = ["core/", "firmware-sim/", "host-tests/", ".ci/", ".cargo/"];
-    for span in code(README).into_iter().chain(code(EVIDENCE)) {
+    for span in [README, EVIDENCE, ESTIMATOR].into_iter().flat_map(code) {
         let path = span.split(' ').next().unwrap();
         let ours = roots.iter().any(|root| path.starts_with(root));
-        assert!(!ours || root().join(path).exists(), "{path}");
+        assert!(
+            !ours || alternatives(path).iter().all(|path| root().join(path).exists()),
+            "{path}"
+        );
+    }
+}
+
+/// The paths that a path with `{one,other}` stands for.
+fn alternatives(path: &str) -> Vec<String> {
+    let Some((before, (inner, after))) =
+        path.split_once('{').and_then(|(before, rest)| Some((before, rest.split_once('}')?)))
+    else {
+        return vec![path.into()];
+    };
+    inner.split(',').map(|one| format!("{before}{one}{after}")).collect()
+}
+
+/// A code span of lower case words that five or more `_` join is the name of a test, or its beginning, `...` and its
+/// end.
+#[test]
+fn named_tests_exist() {
+    let mut files = Vec::new();
+    for top in ["core", "host-tests", "firmware-sim"] {
+        rust_files(&root().join(top), &mut files);
+    }
+    let sources = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect::<String>();
+    let tests: Vec<&str> = sources
+        .lines()
+        .filter_map(|line| line.trim_start().strip_prefix("fn ")?.split('(').next())
+        .collect();
+    let is_of_a_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_.".contains(c);
+    let spans = [README, EVIDENCE, ESTIMATOR].into_iter().flat_map(code);
+    let named: Vec<_> = spans
+        .filter(|span| span.matches('_').count() >= 5 && span.chars().all(is_of_a_name))
+        .collect();
+    assert!(named.len() > 50, "{named:?}");
+    for name in named {
+        let found = match name.split_once("...") {
+            Some((start, end)) => {
+                tests.iter().any(|test| test.starts_with(start) && test.ends_with(end))
+            }
+            None => tests.contains(&name.as_str()),
+        };
+        assert!(found, "no test `{name}`");
     }
 }
 
