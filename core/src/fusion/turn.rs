@@ -54,17 +54,19 @@ impl Turn {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use nalgebra::Matrix3;
 
     #[test]
     fn three_turns_follow_each_other_and_turn_the_baseline_by_right_angles() {
-        let given = Extrinsics::<f64>::SIDE_BY_SIDE;
+        let given = Vector3::new(-0.8, 0.6, 0.0);
+        let given = Extrinsics::<f64>::try_new(&Matrix3::identity(), &given).unwrap();
         let turned = [0, 1, 2, 3].map(|number| {
             let pose = Turn::of_number(number).of(&given).unwrap();
             let extrinsics = pose.extrinsics().unwrap();
             assert!((extrinsics.rotation().matrix() - given.rotation().matrix()).norm() < 1e-12);
             extrinsics.translation().into_inner()
         });
-        let expected = [[0.0, -1.0], [1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+        let expected = [[-0.6, -0.8], [0.8, -0.6], [0.6, 0.8], [-0.6, -0.8]];
         for (t, [x, y]) in turned.iter().zip(expected) {
             assert!((t - Vector3::new(x, y, 0.0)).norm() < 1e-12, "{t}");
         }
