@@ -190,7 +190,8 @@ impl<T: Scalar> Coefficients<T> {
     /// Adds the coefficients at `pose`, for products in the rectified frame of `frame`.
     #[inline(never)]
     pub(super) fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
-        // Columns: the rectified axes of `pose` in the rectified frame of `frame`, seen by each camera.
+        // Columns: the rectified axes of `pose`, expressed in the rectified frame of `frame`. `left` converts through
+        // the frame of the left camera, `right` through that of the right one.
         let left = product(frame.left().matrix(), &pose.left().matrix().transpose());
         let right = product(frame.right().matrix(), &pose.right().matrix().transpose());
         let ([[x_l, y_l, z_l], [x_r, y_r, z_r]], one) = ([left.data.0, right.data.0], T::ONE);

@@ -30,7 +30,7 @@ impl<T: Scalar> Relief<T> {
     }
 
     /// Returns the test after a restart. If depth was shown before, the test starts with [`RELIEF_KEPT`] matches that
-    /// show it. A few pairs without depth outweigh this number.
+    /// show it. Some 2,000 matches without depth outweigh this number.
     pub(crate) fn kept(is_shown: bool) -> Self {
         if !is_shown {
             return Self::NONE;

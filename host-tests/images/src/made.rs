@@ -28,7 +28,7 @@ pub const SCENES: u64 = 4;
 /// Numbers of columns and rows of tiles.
 const TILES: [usize; 2] = [6, 5];
 
-/// Standard deviation of the turn of `R` about each axis, and of the direction of `t` across and down, rad.
+/// Standard deviation of the turn of `R` about each axis, and of the y and z components of `t` (down, forward), rad.
 const TURN: f64 = 0.02;
 
 /// Range of disparities in the middle of the tiles, in widths of the image.

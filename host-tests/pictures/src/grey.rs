@@ -1,4 +1,5 @@
-//! Grey images whose pixels may be unseen.
+//! Grey images in which a pixel may have no value (`None`, unseen): a warp leaves it so where the source image does not
+//! reach.
 
 use std::fs;
 use std::path::Path;

@@ -349,8 +349,8 @@ def test_every_error_that_is_raised_has_advice_and_no_other_number_has() -> None
     source = (ROOT / "host-tests/python/src/errors.rs").read_text()
     listed = re.search(r"core_errors! \{([\w\s,]+)\}", source)
     assert listed
-    # `Rejection` is not in `core_errors!`, because it becomes two classes. A pixel of a range without a ray has the
-    # number of its `UndistortError`.
+    # `core_errors!` lists neither `Rejection`, which becomes two classes, nor `UndistortError`, which is raised inside
+    # `RangeError::Pixel` (a pixel of a range reading has no ray) with its own number.
     raised = {*re.findall(r"\w+", listed[1]), "Rejection", "UndistortError"}
     numbers = numbers_of_the_core()
     assert raised <= set(numbers), raised - set(numbers)

@@ -170,7 +170,7 @@ impl Meta {
         meta
     }
 
-    /// Whether `R` and `t` are known.
+    /// Whether `R` and `t` are present, that is, not zero.
     #[must_use]
     pub fn has_reference(&self) -> bool {
         self.r.iter().flatten().chain(&self.t).any(|&x| x != 0.0)

@@ -66,7 +66,7 @@ impl Files {
     /// Reads files; a folder stands for its rig files, of one kind only: YAML if there is any.
     ///
     /// # Errors
-    /// Names the file, and the line that cannot be understood.
+    /// Names the file that cannot be read or understood; an error of syntax also names the line.
     pub fn read(places: &[impl AsRef<Path>]) -> Result<Self> {
         let mut paths = Vec::new();
         for place in places {
@@ -87,7 +87,7 @@ impl Files {
     /// Files in memory, with their names.
     ///
     /// # Errors
-    /// Names the file, and the line that cannot be understood.
+    /// Names the file that cannot be understood; an error of syntax also names the line.
     pub fn of(texts: Vec<(PathBuf, String)>) -> Result<Self> {
         let parse = |(path, text): (PathBuf, String)| -> Result<File> {
             let name = path.display().to_string();
