@@ -83,7 +83,10 @@ fn the_table_of_the_factory_calibration_matches_its_bytes() {
     assert_eq!(&r, extrinsics.rotation().matrix());
     let t = numbers::<3>(&record, place(&rows, "`t` (3)"));
     assert_eq!(t, <[f32; 3]>::from(extrinsics.translation().into_inner()));
-    assert_eq!(numbers(&record, place(&rows, "deviation of the yaw")), [8e-4]);
-    assert_eq!(numbers(&record, place(&rows, "length of the baseline")), [0.12]);
+    let yaw_sd = numbers(&record, place(&rows, "deviation of the yaw"));
+    let baseline = numbers(&record, place(&rows, "length of the baseline"));
+    assert_eq!([yaw_sd, baseline], [[8e-4], [0.12]]);
+    let given = [made.yaw_sd_rad(), made.baseline_m()].map(Option::unwrap);
+    assert_eq!(given, [8e-4, 0.12]);
     assert_eq!(place(&rows, "CRC-32"), record.len() - 4);
 }
