@@ -51,7 +51,7 @@ pub(crate) enum Method {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(remote = "Self"))]
+#[cfg_attr(feature = "serde", serde(try_from = "Parts"))]
 pub struct Config {
     pub(crate) method: Method,
     pub(crate) prior_sd_rad: f32,
@@ -66,6 +66,50 @@ pub struct Config {
     pub(crate) lens_yaw_sd_rad: f32,
     #[cfg(feature = "paper")]
     pub(crate) paper: Settings,
+}
+
+/// Unchecked fields from which a configuration is deserialised.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Parts {
+    method: Method,
+    prior_sd_rad: f32,
+    huber_threshold_px: f32,
+    max_passes: u16,
+    min_correspondences: u16,
+    noise_floor_px: f32,
+    max_correction_rad: f32,
+    memory_pairs: u32,
+    lens_prior: LensPrior,
+    lens_tracking: LensTracking,
+    lens_yaw_sd_rad: f32,
+    #[cfg(feature = "paper")]
+    paper: Settings,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Parts> for Config {
+    type Error = ConfigError;
+
+    fn try_from(parts: Parts) -> Result<Self, ConfigError> {
+        let config = Self {
+            method: parts.method,
+            lens_tracking: parts.lens_tracking,
+            #[cfg(feature = "paper")]
+            paper: parts.paper,
+            ..Self::robust()
+        };
+        config
+            .with_prior_sd_rad(parts.prior_sd_rad)?
+            .with_huber_threshold_px(parts.huber_threshold_px)?
+            .with_max_passes(parts.max_passes)?
+            .with_min_correspondences(parts.min_correspondences)?
+            .with_noise_floor_px(parts.noise_floor_px)?
+            .with_max_correction_rad(parts.max_correction_rad)?
+            .with_lens_prior(parts.lens_prior)?
+            .with_lens_yaw_sd_rad(parts.lens_yaw_sd_rad)?
+            .with_memory_pairs(parts.memory_pairs)
+    }
 }
 
 impl Config {
@@ -277,43 +321,9 @@ impl Config {
         }
     }
 
-    /// Returns the same parameters, if each is within its range.
-    #[cfg(feature = "serde")]
-    fn checked(self) -> Result<Self, ConfigError> {
-        #[cfg(feature = "paper")]
-        let checked = self.with_paper(self.paper.checked()?);
-        #[cfg(not(feature = "paper"))]
-        let checked = self;
-        checked
-            .with_prior_sd_rad(self.prior_sd_rad)?
-            .with_huber_threshold_px(self.huber_threshold_px)?
-            .with_max_passes(self.max_passes)?
-            .with_min_correspondences(self.min_correspondences)?
-            .with_noise_floor_px(self.noise_floor_px)?
-            .with_max_correction_rad(self.max_correction_rad)?
-            .with_lens_prior(self.lens_prior)?
-            .with_lens_yaw_sd_rad(self.lens_yaw_sd_rad)?
-            .with_memory_pairs(self.memory_pairs)
-    }
-
     /// Returns the information of the prior on each unknown, 1/rad^2.
     pub(crate) fn prior<T: Scalar>(&self) -> T {
         let sd = T::single(self.prior_sd_rad);
         T::ONE / (sd * sd)
-    }
-}
-
-#[cfg(feature = "serde")]
-impl serde::Serialize for Config {
-    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        Self::serialize(self, to)
-    }
-}
-
-#[cfg(feature = "serde")]
-impl<'de> serde::Deserialize<'de> for Config {
-    /// Reads a configuration, and refuses a parameter out of its range.
-    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        Self::deserialize(from)?.checked().map_err(serde::de::Error::custom)
     }
 }

@@ -18,10 +18,32 @@ pub enum Central {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(try_from = "Parts"))]
 pub struct Settings {
     pub(crate) step_tolerance_rad: f32,
     pub(crate) angle: Central,
     pub(crate) max_sd_rad: f32,
+}
+
+/// Unchecked fields from which settings are deserialised.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+struct Parts {
+    step_tolerance_rad: f32,
+    angle: Central,
+    max_sd_rad: f32,
+}
+
+#[cfg(feature = "serde")]
+impl TryFrom<Parts> for Settings {
+    type Error = ConfigError;
+
+    fn try_from(
+        Parts { step_tolerance_rad, angle, max_sd_rad }: Parts,
+    ) -> Result<Self, ConfigError> {
+        let settings = Self { angle, ..Self::DEFAULT };
+        settings.with_step_tolerance_rad(step_tolerance_rad)?.with_max_sd_rad(max_sd_rad)
+    }
 }
 
 impl Settings {
@@ -63,11 +85,5 @@ impl Settings {
         } else {
             Err(ConfigError::MaxStandardDeviation)
         }
-    }
-
-    /// Returns the same parameters, if each is within its range.
-    #[cfg(feature = "serde")]
-    pub(crate) fn checked(self) -> Result<Self, ConfigError> {
-        self.with_step_tolerance_rad(self.step_tolerance_rad)?.with_max_sd_rad(self.max_sd_rad)
     }
 }

@@ -50,7 +50,7 @@ const fn is_baseline(metres: f32) -> bool {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(
     feature = "serde",
-    serde(remote = "Self", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
+    serde(try_from = "Parts<T>", bound(deserialize = "T: Scalar + serde::Deserialize<'de>"))
 )]
 pub struct FactoryCalibration<T: Scalar> {
     /// Both cameras.
@@ -59,6 +59,28 @@ pub struct FactoryCalibration<T: Scalar> {
     pub extrinsics: Extrinsics<T>,
     pub(crate) yaw_sd_rad: Option<f32>,
     pub(crate) baseline_m: Option<f32>,
+}
+
+/// Unchecked fields from which a calibration is deserialised.
+#[cfg(feature = "serde")]
+#[derive(serde::Deserialize)]
+#[serde(bound = "T: Scalar + serde::Deserialize<'de>")]
+struct Parts<T: Scalar> {
+    cameras: Cameras<T>,
+    extrinsics: Extrinsics<T>,
+    yaw_sd_rad: Option<f32>,
+    baseline_m: Option<f32>,
+}
+
+#[cfg(feature = "serde")]
+impl<T: Scalar> TryFrom<Parts<T>> for FactoryCalibration<T> {
+    type Error = ConfigError;
+
+    fn try_from(parts: Parts<T>) -> Result<Self, ConfigError> {
+        let made = Self::new(parts.cameras, parts.extrinsics).without_yaw();
+        let made = parts.yaw_sd_rad.map_or(Ok(made), |rad| made.with_yaw_sd_rad(rad))?;
+        parts.baseline_m.map_or(Ok(made), |metres| made.with_baseline_m(metres))
+    }
 }
 
 impl<T: Scalar> FactoryCalibration<T> {
@@ -126,13 +148,6 @@ impl<T: Scalar> FactoryCalibration<T> {
         self.baseline_m
     }
 
-    /// Returns the same calibration, if yaw and baseline are unknown or within their ranges.
-    #[cfg(feature = "serde")]
-    fn checked(self) -> Result<Self, ConfigError> {
-        let made = self.yaw_sd_rad.map_or(Ok(self), |rad| self.with_yaw_sd_rad(rad))?;
-        made.baseline_m.map_or(Ok(made), |metres| made.with_baseline_m(metres))
-    }
-
     /// Returns the calibration as a record. The numbers of the record are `f32`.
     #[must_use]
     pub fn to_record(&self) -> [u8; BYTES] {
@@ -166,21 +181,6 @@ impl<T: Scalar> FactoryCalibration<T> {
         let [yaw_sd_rad, baseline_m] = from.numbers().map(known);
         believe(yaw_sd_rad.is_none_or(is_yaw_sd) && baseline_m.is_none_or(is_baseline))?;
         Ok(Self { cameras, extrinsics, yaw_sd_rad, baseline_m })
-    }
-}
-
-#[cfg(feature = "serde")]
-impl<T: Scalar + serde::Serialize> serde::Serialize for FactoryCalibration<T> {
-    fn serialize<S: serde::Serializer>(&self, to: S) -> Result<S::Ok, S::Error> {
-        Self::serialize(self, to)
-    }
-}
-
-#[cfg(feature = "serde")]
-impl<'de, T: Scalar + serde::Deserialize<'de>> serde::Deserialize<'de> for FactoryCalibration<T> {
-    /// Reads a calibration, and refuses a yaw or a baseline out of its range.
-    fn deserialize<D: serde::Deserializer<'de>>(from: D) -> Result<Self, D::Error> {
-        Self::deserialize(from)?.checked().map_err(serde::de::Error::custom)
     }
 }
 
