@@ -124,7 +124,7 @@
 //! |---|---|
 //! | `paper` (default) | The published method, `Config::paper`. Without it a firmware saves flash. |
 //! | `defmt` | `defmt::Format` for every result and error. |
-//! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results; [`Calibration`] has only `Serialize`. Matrices and lens coefficients are plain arrays. A [`Config`], a [`Camera`] and [`Extrinsics`] that are read are checked. |
+//! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results; [`Calibration`] has only `Serialize`. Matrices and lens coefficients are plain arrays. A [`Config`], a [`FactoryCalibration`], a [`Camera`], a lens model and [`Extrinsics`] that are read are checked. |
 //! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
 //!
 //! Minimum supported Rust version: 1.89.
@@ -149,8 +149,8 @@
 #![forbid(unsafe_code)]
 
 // `inline(always)` marks a part of an inner loop that opt-level "s" would leave out of line. A call would cost
-// instructions for each correspondence, and a sum whose address is passed would leave the registers. `cargo
-// controller-cost` shows which parts need it. On a constructor, it lets the value be written in place. `inline(never)`
+// instructions for each correspondence, and a sum whose address is passed would leave the registers.
+// `cargo controller-cost` shows which parts need it. On a constructor, it lets the value be written in place. `inline(never)`
 // marks a function that needs much stack, or one that several functions call. Inlined, the former would hold its stack
 // during all other calls of its caller, and the latter would exist several times in flash.
 

@@ -159,8 +159,8 @@
 #define SELFCAL_TRACKS_STORAGE_SIZE (8 * SELFCAL_TRACKS_STORAGE_WORDS)
 
 /**
- * Result of a call. Errors with the same remedy have the same number, in all functions. Numbers from 100 on equal
- * the error codes of the core.
+ * Result of a call. An error that several functions return has the same number in all of them. Numbers from 100 on
+ * equal the error codes of the core.
  */
 enum selfcal_error_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -452,7 +452,8 @@ enum selfcal_fused_t
     /**
      * kept apart
      *
-     * The pair disagrees with the estimate, and is part of the challenger.
+     * The pair disagrees with the estimate, and is part of the challenger. A challenger that three pairs confirm
+     * ends with this pair if its extrinsics agree with the estimate after all.
      */
     SELFCAL_FUSED_KEPT_APART = 12002,
     /**
@@ -652,8 +653,8 @@ typedef uint32_t selfcal_direction_t;
 /**
  * Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs
  * by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. In the
- * paper preset, and while the two belong to different cameras, a tenth over the matches of the last pair is
- * enough.
+ * paper preset, and while one of them belongs to other cameras than the rays of the pairs, a tenth over the
+ * matches of the last pair is enough.
  */
 enum selfcal_band_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -737,7 +738,7 @@ enum selfcal_cause_t
     /**
      * cameras of smaller images, or pixels from another origin than the upper left
      *
-     * Most pixels are outside the images of the cameras.
+     * Most matches are refused, usually because a pixel is outside the images of the cameras.
      */
     SELFCAL_CAUSE_SMALLER_IMAGES = 18005,
     /**
@@ -749,7 +750,7 @@ enum selfcal_cause_t
     /**
      * focal length or lens of another unit or image, such as mm
      *
-     * Most pixels have no ray.
+     * Most matches are refused, usually because a pixel has no ray.
      */
     SELFCAL_CAUSE_FOCAL_LENGTH = 18007,
     /**
@@ -848,8 +849,8 @@ enum selfcal_lens_tracking_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
     /**
-     * Errors are estimated and reported, and they increase the reported deviations. The extrinsics belong to the given
-     * lens models.
+     * Errors are estimated and reported, and they increase the reported deviations that include the lens. The
+     * extrinsics belong to the given lens models.
      */
     SELFCAL_LENS_TRACKING_REPORT = 0,
     /**
@@ -936,7 +937,8 @@ enum selfcal_reason_t
     /**
      * estimate not locked
      *
-     * The estimate is not confirmed, or the last pair disagrees with it. Forbids arming.
+     * The state is not locked: the estimate is not confirmed, the last pair disagrees with it, or a challenger
+     * gathers pairs. Forbids arming.
      */
     SELFCAL_REASON_NOT_LOCKED = 65536,
     /**
@@ -975,13 +977,15 @@ enum selfcal_reason_t
     /**
      * lens models off
      *
-     * The pairs show an error of the lens models; `sd_lens` of the proposal includes this error.
+     * The pairs show an error of the lens models or an apparent yaw of the lenses; `sd_lens` of the proposal
+     * includes it.
      */
     SELFCAL_REASON_LENS = 1048576,
     /**
      * baseline not observed
      *
-     * The pairs have not determined the baseline direction: the baseline in use is kept.
+     * The pairs have not determined the baseline direction: as a rule the baseline in use is kept; see
+     * `applicable` of the proposal.
      */
     SELFCAL_REASON_BASELINE = 2097152,
     /**
@@ -993,7 +997,8 @@ enum selfcal_reason_t
     /**
      * axis of the rotation is noise
      *
-     * Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise.
+     * Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise, or the
+     * pairs do not agree on an axis.
      */
     SELFCAL_REASON_AXIS = 8388608,
     /**
@@ -1140,8 +1145,8 @@ typedef struct selfcal_config_t {
      */
     uint32_t memory_pairs;
     /**
-     * Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the pair, or of
-     * the estimate with the pair, differs from the factory value by a larger angle.
+     * Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the estimate
+     * with the pair, or in the paper preset of the pair alone, differs from the factory value by a larger angle.
      */
     float max_correction_rad;
     /**
@@ -1661,7 +1666,7 @@ typedef struct selfcal_lens_estimate_t {
      */
     struct selfcal_finding_t k1;
     /**
-     * Radial coefficient `k1`, mean of both cameras.
+     * Radial coefficient `k1`, mean of both cameras. Half of a `k1` that is compensated is not included.
      */
     struct selfcal_finding_t k1_mean;
     /**
@@ -1718,8 +1723,11 @@ typedef struct selfcal_proposal_t {
     struct selfcal_lens_correction_t correction;
     /**
      * Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`, or the `t` in use with the best `R` for it.
-     * The `t` in use is kept in three cases: the baseline is not observed; it is observed, but does not differ
-     * significantly; or image halves disagree with exact lens models.
+     * The `t` in use is kept in three cases: the baseline is not observed; it is observed, but still uncertain, and
+     * the `t` in use does not differ from it significantly; or image halves disagree with exact lens models. In the
+     * first two cases the best `R`, `t` are applied nevertheless if pairs determine the baseline with the lens models
+     * as given, and their row offsets are clearly smaller. If no `R` fits the `t` in use, this is the calibration in
+     * use.
      */
     struct selfcal_extrinsics_t applicable;
     /**
@@ -1830,7 +1838,7 @@ typedef struct selfcal_health_t {
      */
     float corner_px;
     /**
-     * Why the last pair was not fused; `SELFCAL_OK` if it was.
+     * Why the last pair was not fused; `SELFCAL_OK` if it was, and while a pair is being solved.
      */
     selfcal_error_t rejection;
     /**
@@ -2269,8 +2277,8 @@ selfcal_error_t selfcal_apply(struct selfcal_t *cal,
                               struct selfcal_calibration_t *applied);
 
 /**
- * Puts the calibration that the last change replaced back into use. A second call in a row has nothing to undo. The
- * estimate does not change.
+ * Puts the calibration that the last effective `selfcal_apply` replaced back into use. A second call in a row has
+ * nothing to undo. The estimate does not change.
  *
  * * `restored`: the calibration now in use; may be null.
  */

@@ -22,8 +22,8 @@ pub unsafe extern "C" fn selfcal_apply(
     })
 }
 
-/// Puts the calibration that the last change replaced back into use. A second call in a row has nothing to undo. The
-/// estimate does not change.
+/// Puts the calibration that the last effective `selfcal_apply` replaced back into use. A second call in a row has
+/// nothing to undo. The estimate does not change.
 ///
 /// * `restored`: the calibration now in use; may be null.
 #[unsafe(no_mangle)]

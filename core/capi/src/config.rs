@@ -33,8 +33,8 @@ pub enum selfcal_angle_t {
 #[repr(u32)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum selfcal_lens_tracking_t {
-    /// Errors are estimated and reported, and they increase the reported deviations. The extrinsics belong to the given
-    /// lens models.
+    /// Errors are estimated and reported, and they increase the reported deviations that include the lens. The
+    /// extrinsics belong to the given lens models.
     SELFCAL_LENS_TRACKING_REPORT = 0,
     /// Differences of focal length and of `k1` are compensated, if that halves the standard deviation of `t`; see
     /// `SELFCAL_FUSED_LENS_CORRECTED`. This is for callers that rectify with the cameras of the calibration in use, as
@@ -59,8 +59,8 @@ pub struct selfcal_config_t {
     /// Number `n` of fused pairs after which each further pair multiplies the weight of the older pairs by `1 - 1 / n`:
     /// 20 or more; default 1000. A larger number averages longer; a smaller one follows a slow drift. Robust preset.
     pub memory_pairs: u32,
-    /// Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the pair, or of
-    /// the estimate with the pair, differs from the factory value by a larger angle.
+    /// Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the estimate
+    /// with the pair, or in the paper preset of the pair alone, differs from the factory value by a larger angle.
     pub max_correction_rad: f32,
     /// Standard deviation of the factory extrinsics about each axis, rad: 1e-4 to 1; default 0.1. A larger value
     /// follows a rig that is further off; a smaller one stabilises pairs with little information. Robust preset.

@@ -6,8 +6,8 @@ use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
 use stereo_selfcal::{ApplyError, NoHealth, PushError, Rejection, RestoreError};
 
 c_enum! {
-    /// Result of a call. Errors with the same remedy have the same number, in all functions. Numbers from 100 on equal
-    /// the error codes of the core.
+    /// Result of a call. An error that several functions return has the same number in all of them. Numbers from 100 on
+    /// equal the error codes of the core.
     #[repr(u32)]
     #[allow(clippy::doc_markdown, reason = "the documentation is the text")]
     pub enum selfcal_error_t {

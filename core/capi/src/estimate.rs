@@ -140,7 +140,7 @@ pub struct selfcal_lens_estimate_t {
     pub focal: selfcal_finding_t,
     /// Radial coefficient `k1`.
     pub k1: selfcal_finding_t,
-    /// Radial coefficient `k1`, mean of both cameras.
+    /// Radial coefficient `k1`, mean of both cameras. Half of a `k1` that is compensated is not included.
     pub k1_mean: selfcal_finding_t,
     /// Tangential coefficient `p1`.
     pub p1: selfcal_finding_t,
@@ -188,8 +188,11 @@ pub struct selfcal_proposal_t {
     /// Correction of the cameras that the extrinsics belong to; 0 without `SELFCAL_LENS_TRACKING_COMPENSATE`.
     pub correction: selfcal_lens_correction_t,
     /// Extrinsics that `selfcal_apply` puts into use: the best `R`, `t`, or the `t` in use with the best `R` for it.
-    /// The `t` in use is kept in three cases: the baseline is not observed; it is observed, but does not differ
-    /// significantly; or image halves disagree with exact lens models.
+    /// The `t` in use is kept in three cases: the baseline is not observed; it is observed, but still uncertain, and
+    /// the `t` in use does not differ from it significantly; or image halves disagree with exact lens models. In the
+    /// first two cases the best `R`, `t` are applied nevertheless if pairs determine the baseline with the lens models
+    /// as given, and their row offsets are clearly smaller. If no `R` fits the `t` in use, this is the calibration in
+    /// use.
     pub applicable: selfcal_extrinsics_t,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: selfcal_lens_correction_t,

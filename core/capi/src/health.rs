@@ -11,8 +11,8 @@ use crate::pointer::Out;
 c_enum! {
     /// Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs
     /// by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. In the
-    /// paper preset, and while the two belong to different cameras, a tenth over the matches of the last pair is
-    /// enough.
+    /// paper preset, and while one of them belongs to other cameras than the rays of the pairs, a tenth over the
+    /// matches of the last pair is enough.
     #[repr(u32)]
     pub enum selfcal_band_t {
         /// good
@@ -44,7 +44,8 @@ c_enum! {
     pub enum selfcal_reason_t {
         /// estimate not locked
         ///
-        /// The estimate is not confirmed, or the last pair disagrees with it. Forbids arming.
+        /// The state is not locked: the estimate is not confirmed, the last pair disagrees with it, or a challenger
+        /// gathers pairs. Forbids arming.
         SELFCAL_REASON_NOT_LOCKED = 0x1_0000,
         /// second crowd of matches
         ///
@@ -71,11 +72,13 @@ c_enum! {
         SELFCAL_REASON_IMAGE_HALVES = 0x8_0000,
         /// lens models off
         ///
-        /// The pairs show an error of the lens models; `sd_lens` of the proposal includes this error.
+        /// The pairs show an error of the lens models or an apparent yaw of the lenses; `sd_lens` of the proposal
+        /// includes it.
         SELFCAL_REASON_LENS = 0x10_0000,
         /// baseline not observed
         ///
-        /// The pairs have not determined the baseline direction: the baseline in use is kept.
+        /// The pairs have not determined the baseline direction: as a rule the baseline in use is kept; see
+        /// `applicable` of the proposal.
         SELFCAL_REASON_BASELINE = 0x20_0000,
         /// repeated scene
         ///
@@ -83,7 +86,8 @@ c_enum! {
         SELFCAL_REASON_REPEATED = 0x40_0000,
         /// axis of the rotation is noise
         ///
-        /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise.
+        /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise, or the
+        /// pairs do not agree on an axis.
         SELFCAL_REASON_AXIS = 0x80_0000,
         /// yaw not confirmed
         ///
@@ -126,7 +130,7 @@ c_enum! {
         SELFCAL_CAUSE_SAME_IMAGE = 18004,
         /// cameras of smaller images, or pixels from another origin than the upper left
         ///
-        /// Most pixels are outside the images of the cameras.
+        /// Most matches are refused, usually because a pixel is outside the images of the cameras.
         SELFCAL_CAUSE_SMALLER_IMAGES = 18005,
         /// cameras of larger images
         ///
@@ -134,7 +138,7 @@ c_enum! {
         SELFCAL_CAUSE_LARGER_IMAGES = 18006,
         /// focal length or lens of another unit or image, such as mm
         ///
-        /// Most pixels have no ray.
+        /// Most matches are refused, usually because a pixel has no ray.
         SELFCAL_CAUSE_FOCAL_LENGTH = 18007,
         /// another lens, or points that are undistorted already
         ///
@@ -186,7 +190,7 @@ pub struct selfcal_health_t {
     /// Row offset, px, that the apparent yaw of the lenses leaves in the image corner that is furthest from the
     /// principal point. Both RMS values exclude these row offsets.
     pub corner_px: f32,
-    /// Why the last pair was not fused; `SELFCAL_OK` if it was.
+    /// Why the last pair was not fused; `SELFCAL_OK` if it was, and while a pair is being solved.
     pub rejection: selfcal_error_t,
     /// Answer to an arming check; `reasons` says why it is false. Vibration increases both RMS values, but does not
     /// count in this check.

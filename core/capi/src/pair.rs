@@ -50,7 +50,8 @@ c_enum! {
         SELFCAL_FUSED_REPEATED = 12001,
         /// kept apart
         ///
-        /// The pair disagrees with the estimate, and is part of the challenger.
+        /// The pair disagrees with the estimate, and is part of the challenger. A challenger that three pairs confirm
+        /// ends with this pair if its extrinsics agree with the estimate after all.
         SELFCAL_FUSED_KEPT_APART = 12002,
         /// added, older pairs dropped
         ///

@@ -8,7 +8,8 @@ use core::fmt;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Reason {
-    /// The estimate is not confirmed, or the last pair disagrees with it. Forbids arming.
+    /// The state is not locked: the estimate is not confirmed, the last pair disagrees with it, or a challenger gathers
+    /// pairs. Forbids arming.
     NotLocked,
     /// Matches with residuals on one side of the inliers are nearly as many as the inliers, and may agree with a second
     /// calibration, for instance because of a fence or a reflection. Forbids arming, and nothing is applied until the

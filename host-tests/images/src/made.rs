@@ -145,8 +145,8 @@ fn rig(mut meta: Meta, [width, height]: [u16; 2], draw: &mut Draw) -> Result<Met
     (meta.width, meta.height) = (width, height);
     meta.r = [0, 1, 2].map(|i| [0, 1, 2].map(|j| turn.matrix()[(i, j)]));
     meta.t = t.into();
-    // A replay then takes the side-by-side start as a guess, not as a calibration of rectified images.
-    meta.source = "generated".into();
+    // Runs start from a side-by-side rig. It is a guess, and no calibration of rectified images.
+    meta.other.insert(Meta::FACTORY_YAW_SD.into(), serde_json::Value::Null);
     Ok(meta)
 }
 

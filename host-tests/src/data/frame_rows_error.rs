@@ -77,7 +77,7 @@ impl fmt::Display for FrameRowsError {
             Self::Empty => f.write_str("it is empty"),
             Self::Header { line, why } => write!(
                 f,
-                "line {line}: {why}; the first line names the columns frame,ul,vl,ur,vr and optionally score,step"
+                "line {line}: {why}; the first line that is not empty names the columns frame,ul,vl,ur,vr and optionally score,step"
             ),
             Self::NoRows => f.write_str("there are no matches below the header"),
             Self::Line(line) => {
