@@ -187,6 +187,7 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
         while let Some(word) = words.next() {
             match word {
                 "--release" => (),
+                "--features" => drop(words.next()),
                 "--test" => folder = folder.join("tests").join(words.next().unwrap()),
                 "--bench" => folder = folder.join("benches").join(words.next().unwrap()),
                 word => filter = Some(word),
