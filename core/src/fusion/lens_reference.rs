@@ -130,6 +130,18 @@ mod tests {
     }
 
     #[test]
+    fn a_reference_with_one_invalid_part_is_not_valid() {
+        let given = LensReference::<f64>::GIVEN;
+        let far = LensCorrection { focal: 1.0, k1: 0.0 };
+        assert!(given.is_valid());
+        assert!(!LensReference { correction: far, ..given }.is_valid());
+        assert!(!LensReference { known: far, ..given }.is_valid());
+        for weight in [-1.0, f64::INFINITY, f64::NAN] {
+            assert!(!LensReference { weights: [1.0, weight], ..given }.is_valid());
+        }
+    }
+
+    #[test]
     fn the_knowledge_is_information_on_the_differences_alone_and_fades() {
         let mut reference = LensReference::<f64> {
             correction: LensCorrection { focal: 0.01, k1: 0.02 },

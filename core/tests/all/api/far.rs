@@ -50,6 +50,26 @@ fn a_far_scene_locks_by_its_rotation_and_keeps_the_baseline_in_use() {
     assert!(rotation < 4.0 * sd.rotation, "{rotation} {sd:?}");
 }
 
+/// The baseline is observed up to a standard deviation of half of the factory deviation of an angle (0.05 rad), and
+/// applied in any case up to a quarter of it (0.025 rad).
+#[test]
+fn a_baseline_between_observed_and_certain_is_applied_if_the_one_in_use_differs() {
+    for (off_deg, is_applied) in [(8.0, true), (0.4, false)] {
+        let truth = rig(ROTATION, [off_deg, BASELINE[1]]);
+        let mut calibrator = robust::<f32>();
+        for seed in 0..6 {
+            take(&mut calibrator, &correspondences_within(&truth, [300.0, 1200.0], 250, 0.5, seed))
+                .unwrap();
+        }
+        let proposal = calibrator.proposal().unwrap();
+        assert!((0.025..0.05).contains(&proposal.sd_lens.translation), "{:?}", proposal.sd_lens);
+        let in_use = calibrator.in_use().extrinsics;
+        let [applicable, best, in_use] =
+            [proposal.applicable, proposal.extrinsics, in_use].map(|found| *found.translation());
+        assert_eq!([applicable == best, applicable == in_use], [is_applied, !is_applied]);
+    }
+}
+
 #[test]
 fn a_near_scene_observes_the_baseline_and_applies_it() {
     let mut calibrator = robust::<f32>();
