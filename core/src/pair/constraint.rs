@@ -1,5 +1,5 @@
 //! Epipolar constraint of a correspondence at a pose, its variance, and the derivatives of constraint and variance.
-//! None of them needs a division.
+//! These expressions need no division.
 //!
 //! Rectified rays `a = R_l p_l`, `b = R_r p_r` give the constraint `C = y_a z_b - z_a y_b`, which is the row offset of
 //! eq 11 times `z_a z_b`. If the four image coordinates at unit depth have unit variance, `C` has to first order the

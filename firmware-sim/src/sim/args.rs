@@ -87,7 +87,7 @@ impl ReplayArgs {
 /// locked. Errors are against the generated rig without its vibration, which a calibration cannot follow.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Prints a line for every pair that is not plainly fused or changes state or health, and every 50th:
+    after_help = "Prints a line for every pair that changes state or health or is not plainly fused, and for every 50th:
   state        acquiring, locked, suspect (the last pairs disagree), lost
   band         of the RMS row offset in use: good, improvable, recalibrate
   rows px      RMS row offset of the inliers, in use > proposed

@@ -18,7 +18,7 @@ pub enum FrameRowsError {
     Io(io::Error),
     /// It has only empty lines, or no line.
     Empty,
-    /// The first line does not name the columns.
+    /// The first line that is not empty does not name the columns.
     Header {
         /// The line.
         line: u64,

@@ -136,8 +136,7 @@ impl Scene {
         Ok(())
     }
 
-    /// An endless sequence of pairs, the same for the same seed. [`Scene::check`] must accept the scene; otherwise the
-    /// sequence may not return a pair.
+    /// An endless sequence of pairs, the same for the same seed. It may hang if [`Scene::check`] refuses the scene.
     pub fn pairs(&self, seed: u64) -> impl Iterator<Item = SynthPair> + '_ {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         std::iter::repeat_with(move || self.pair(&mut rng))

@@ -17,8 +17,8 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
     let mut section = Section::new("The rig for other tools");
     section.text(
         "The estimate as the files of OpenCV (x_2 = R x_1 + T), Kalibr (T_cn_cnm1 takes points of cam0 \
-         to cam1) and ROS (camera_info, P[0][3] = -fx b), in rig/ beside this page. Lengths are in \
-         metres.",
+         to cam1) and ROS (camera_info, P[0][3] = -fx b), as far as each can express the lens, in rig/ \
+         beside this page. Lengths are in metres.",
     );
     if replayed.log.fused().is_some_and(|fused| !fused.correction.is_none()) {
         section.text("The right camera is the corrected one, which R and t belong to.");
