@@ -11,7 +11,7 @@ use clap::{Parser, Subcommand};
 /// The calibrator estimates R and t of a stereo rig (p_r = R p_l + t, |t| = 1) from left/right
 /// correspondences alone, pair by pair, and fuses the pairs.
 #[derive(Debug, Parser)]
-#[command(version, after_help = "Start with: selfcal images chess --report page")]
+#[command(version, after_help = "Start with: selfcal images chess --knock 1 --report page")]
 struct Cli {
     #[command(subcommand)]
     command: Command,

@@ -24,7 +24,7 @@ use super::source::{Ran, SourceArgs};
 /// that cannot be read or matched are skipped, named and counted. Ctrl-C ends the run and keeps the pairs done.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
-  selfcal images chess --report page
+  selfcal images chess --knock 1 --report page
   selfcal images left/ right/ --rig camchain.yaml --report page
   selfcal images 'cam/left*.png' 'cam/right*.png' --rig intrinsics.yml extrinsics.yml --rig-out calibrated
   selfcal images MH_01_easy --every 10 --frames flight.scmf --out matches

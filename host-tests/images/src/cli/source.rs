@@ -81,6 +81,11 @@ pub(crate) struct SourceArgs {
     #[arg(long, default_value_t = MatcherConfig::default().prior_deg, value_name = "D")]
     prior: f64,
 
+    /// Start from a wrong calibration: its right camera is turned by this angle about the axis (1, 1, 1), degrees, at
+    /// most by the prior. Shows on images of a good rig how a knock is found.
+    #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
+    knock: Option<f64>,
+
     /// Corners sought in each image.
     #[arg(long, default_value_t = MatcherConfig::default().keypoints, value_name = "N", value_parser = at_least_one)]
     keypoints: usize,
@@ -168,6 +173,12 @@ impl SourceArgs {
         quiet: bool,
     ) -> Result<Ran> {
         ensure!((0.1..=20.0).contains(&self.prior), "the prior must be from 0.1 to 20 degrees");
+        let knock = self.knock.unwrap_or(0.0);
+        ensure!(
+            knock.abs() <= self.prior,
+            "--knock {knock}: a turn of up to {} degrees is searched for (--prior)",
+            self.prior
+        );
         // A second Ctrl-C ends the command at once.
         let _ = ctrlc::set_handler(|| {
             if STOP.swap(true, Ordering::Relaxed) {
@@ -192,7 +203,10 @@ impl SourceArgs {
         };
         let request = self.request(&source, self.rigs.0.first().cloned().unwrap_or_default());
         let rig = self.upright(&request, &mut source, &first).context("the rig")?;
-        let rig = if_cut(rig, &source, matcher)?;
+        let mut rig = if_cut(rig, &source, matcher)?;
+        if let Some(degrees) = self.knock {
+            rig.knock(degrees)?;
+        }
         for note in &rig.notes {
             eprintln!("note: {note}");
         }

@@ -5,6 +5,7 @@ mod bad_input;
 mod bags;
 mod candidates;
 mod interrupted;
+mod knocked;
 mod layouts;
 mod ros1;
 mod scene;
