@@ -70,6 +70,27 @@ fn a_baseline_between_observed_and_certain_is_applied_if_the_one_in_use_differs(
     }
 }
 
+/// The deviation of the baseline is below that limit with the given lenses, and above it with uncertain ones.
+#[test]
+fn a_baseline_that_only_the_lens_leaves_unobserved_is_applied_if_it_aligns_the_rows_clearly_better()
+{
+    for (nearest, off_deg, is_applied) in [(300.0, 25.0, true), (500.0, 8.0, false)] {
+        let truth = rig(ROTATION, [off_deg, BASELINE[1]]);
+        let mut calibrator = robust::<f32>();
+        for seed in 0..4 {
+            let matches = correspondences_within(&truth, [nearest, 4.0 * nearest], 250, 0.5, seed);
+            take(&mut calibrator, &matches).unwrap();
+        }
+        let proposal = calibrator.proposal().unwrap();
+        let [given, uncertain] = [proposal.sd, proposal.sd_lens].map(|sd| sd.translation);
+        assert!(given < 0.045 && uncertain > 0.055, "{given} {uncertain}");
+        let in_use = calibrator.in_use().extrinsics;
+        let [applicable, best, in_use] =
+            [proposal.applicable, proposal.extrinsics, in_use].map(|found| *found.translation());
+        assert_eq!([applicable == best, applicable == in_use], [is_applied, !is_applied]);
+    }
+}
+
 #[test]
 fn a_near_scene_observes_the_baseline_and_applies_it() {
     let mut calibrator = robust::<f32>();
