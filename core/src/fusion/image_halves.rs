@@ -220,4 +220,19 @@ mod tests {
         assert_eq!(covariance, Symmetric5::of_diagonal([1.0; 5]));
         assert_eq!(halves.widening(), 1.0);
     }
+
+    #[test]
+    fn the_sums_restart_after_a_step_that_is_long_for_the_deviations_of_the_estimate() {
+        let step = |turn: f64, shift: f64| Vector5::new(turn, 0.0, 0.0, shift, 0.0);
+        let follows = |moved: Vector5<f64>| {
+            let mut halves = biased_in_the_left_half(1e10, 1e-5);
+            let sd = StandardDeviations { rotation: 1e-4, translation: 1e-3 };
+            halves.follow(&moved, &sd, &context());
+            halves != ImageHalves::NONE
+        };
+        // The errors of the models are products of the steps: up to 1e-5 and 1e-4 here.
+        let kept = [step(3e-3, 0.0), step(0.0, 9e-3), step(1e-3, 8e-3)];
+        let dropped = [step(3.3e-3, 0.0), step(0.0, 1.1e-2), step(2e-3, 8e-3)];
+        assert_eq!((kept.map(follows), dropped.map(follows)), ([true; 3], [false; 3]));
+    }
 }
