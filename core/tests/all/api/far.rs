@@ -7,7 +7,7 @@ use rand::SeedableRng;
 use rand::seq::SliceRandom;
 use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::geometry::metrics::Deviation;
-use stereo_selfcal::{Calibrator, Correspondence, Reason, State};
+use stereo_selfcal::{Calibrator, Correspondence, Reason, Rejection, State};
 use test_support::runs;
 
 /// True rotation, degrees: 1.4 degrees from the factory `R`. The true `t` is half a degree from the factory `t`.
@@ -176,4 +176,21 @@ fn outliers_at_regular_places_of_a_far_scene_do_not_observe_the_baseline() {
     runs.extend([200, 250, 256].map(|n| misled(n, |matches| at_regular_places(matches, 2))));
     runs.push(misled(250, |matches| with_outliers(with_outliers(matches, 4), 3)));
     assert_eq!(runs, [0; 11]);
+}
+
+/// A scene at infinity fits any baseline, also one along the columns or from right to left.
+#[test]
+fn a_poor_pair_of_the_sky_does_not_name_a_turned_baseline() {
+    let truth = rig(ROTATION.map(|degrees| 4.0 * degrees), BASELINE);
+    for run in 0..runs(60, 200) {
+        let mut calibrator = robust::<f32>();
+        for seed in 3 * run..3 * run + 3 {
+            let sky = correspondences_within(&truth, [1e4, 1e5], 30, 0.5, seed);
+            let mut half_wrong = with_outliers(sky, 2);
+            half_wrong.shuffle(&mut ChaCha8Rng::seed_from_u64(run));
+            let refused = take(&mut calibrator, &half_wrong).err();
+            let turned = [Rejection::Columns, Rejection::Behind].map(Some);
+            assert!(!turned.contains(&refused), "{refused:?}, pair {seed}");
+        }
+    }
 }
