@@ -2370,7 +2370,7 @@ selfcal_error_t selfcal_push_range(struct selfcal_t *cal,
                                    selfcal_witnessed_t *witnessed);
 
 /**
- * Writes the rays of a tracked match, in the cameras as given.
+ * Computes the rays of a tracked match, with the cameras of the factory calibration, and writes them to `tracked`.
  *
  * * `before`, `after`: the match in the first and in the second pair.
  */

@@ -100,7 +100,7 @@ type Tracked = [RayPair<f32>; 2];
 const _: () = assert!(size_of::<selfcal_tracked_t>() == size_of::<Tracked>());
 const _: () = assert!(align_of::<selfcal_tracked_t>() >= align_of::<Tracked>());
 
-/// Writes the rays of a tracked match, in the cameras as given.
+/// Computes the rays of a tracked match, with the cameras of the factory calibration, and writes them to `tracked`.
 ///
 /// * `before`, `after`: the match in the first and in the second pair.
 #[unsafe(no_mangle)]

@@ -39,7 +39,7 @@ const PRODUCT_TRIANGLE: usize = 45;
 /// One number for each coordinate.
 pub(super) type Vector12<T> = [T; COORDINATES];
 
-/// Sums over correspondences, in the rectified frame of a pose. The owner of the sums stores this pose.
+/// Sums over correspondences, in the rectified frame of a pose. The pose is stored elsewhere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moments<T> {
     /// `sum w k k^T`, lower triangle row by row, 1/rad^2.

@@ -43,7 +43,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///   fit the estimate. Five readings with an error of 1 %, or ten with an error of 3 %, are enough to confirm the
     ///   yaw ([`crate::Reason::Yaw`]). Takes at most one pass over the batch.
     /// * `&[[RayPair; 2]]`: matches that were tracked from an earlier pair to the last pair while the rig moved. Each
-    ///   has the rays of both pairs, by [`crate::Cameras::rays`], in the cameras as given. The rig must have moved by
+    ///   has the rays of both pairs, by [`crate::Cameras::rays`], with the factory cameras. The rig must have moved by
     ///   several baseline lengths (2 to 6 m for a vehicle). Up to 256 matches are read, 17 times each.
     /// * `&mut Tracks`: the tracked matches that an earlier frame and the frame of the last pair share
     ///   ([`Tracks::quads`]). Each frame is joined to the same earlier frame until the rig has moved far enough for a

@@ -57,7 +57,7 @@ impl<T: Scalar> TurnByMotion<T> {
     ///
     /// * `pose`: rectifying rotations that the row offsets give.
     /// * `correction`: correction of the cameras that the pose belongs to.
-    /// * `tracked`: rays of each match in the first and in the second pair, in the cameras as given.
+    /// * `tracked`: rays of each match in the first and in the second pair, with the factory cameras.
     /// * `noise`: standard deviation of a coordinate at unit depth.
     #[inline(never)]
     pub(crate) fn of(

@@ -68,7 +68,7 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
     /// remainder modulo `N`, it keeps the first of them.
     ///
     /// * `track`: number of the track, the same in each frame; 0 for a match without a track.
-    /// * `rays`: rays of the match by [`Cameras::rays`](crate::Cameras::rays), in the cameras as given.
+    /// * `rays`: rays of the match by [`Cameras::rays`](crate::Cameras::rays), with the factory cameras.
     pub fn push(&mut self, track: u16, rays: &RayPair<T>) {
         if track != 0 {
             let _ = self.join(track, rays);

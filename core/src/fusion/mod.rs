@@ -253,8 +253,8 @@ impl<T: Scalar> Fusion<T> {
     fn check_mount(&mut self, context: &Context<'_, T>) {
         let Self { hypotheses, mount, .. } = self;
         let Some(champion) = hypotheses.champion().filter(|_| mount.is_as_made()) else { return };
-        // The variance of the yaw is expensive. It is computed only if the rows refute the factory yaw with a variance
-        // of 0.
+        // The variance of the yaw that the rows show is expensive. It is computed only if the rows would refute the
+        // factory yaw with a variance of 0.
         let exact = RowsYaw { turn: champion.yaw(context), variance: T::ZERO };
         if mount.is_refuted(&exact, context)
             && champion.rows_yaw(context).is_some_and(|rows| mount.is_refuted(&rows, context))

@@ -85,8 +85,9 @@ pub struct First {
 }
 
 impl First {
-    /// Width and height of the left and the right image, px, if the images of these sides are turned by their EXIF
-    /// orientation.
+    /// Width and height of the left and the right image, px.
+    ///
+    /// * `upright`: for each side, whether its image is turned by its EXIF orientation.
     #[must_use]
     pub fn sizes_if(&self, upright: [bool; 2]) -> [[u16; 2]; 2] {
         [0, 1].map(|side| {

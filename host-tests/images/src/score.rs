@@ -1,8 +1,8 @@
 //! Compares candidate calibrations on the same matches: rows, coverage, depths, and whether a difference is
 //! significant.
 //!
-//! All candidates are scored on the matches within [`SCREEN_PX`] of their rows under at least one of them. With
-//! held-out pairs the estimate uses every other pair, and all candidates are scored on the rest.
+//! All candidates are scored on the matches within [`SCREEN_PX`] of their rows under at least one of them. If
+//! pairs are held out, the estimate uses every second pair, and all candidates are scored on the others.
 
 use std::fmt;
 

@@ -66,8 +66,8 @@ fn updated(prior: &Belief, at: &Pose, rays: &[Rays], noise: f64) -> Option<Belie
     prior.corrected(at, information / variance, gradient / variance)
 }
 
-/// The block of one correspondence. `None` if the depth of its point in the right camera is negative or less than a
-/// tenth of the depth in the left camera, or if its information is singular.
+/// The block of one correspondence. `None` if the depth of its point in the right camera, divided by the depth in the
+/// left camera, is below 0.1, or if the information on the point is singular.
 fn block(at: &Pose, [p_l, p_r]: &Rays, noise: f64) -> Option<Block> {
     let turned = at.r * p_l;
     let inverse_depth = inverse_depth(at, &turned, p_r);

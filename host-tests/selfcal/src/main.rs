@@ -11,7 +11,15 @@ use clap::{Parser, Subcommand};
 /// The calibrator estimates R and t of a stereo rig (p_r = R p_l + t, |t| = 1) from left/right
 /// correspondences alone, pair by pair, and fuses the pairs.
 #[derive(Debug, Parser)]
-#[command(version, after_help = "Start with: selfcal images chess --knock 1 --report page")]
+#[command(version)]
+#[cfg_attr(
+    feature = "images",
+    command(after_help = "Start with: selfcal images chess --knock 1 --report page")
+)]
+#[cfg_attr(
+    not(feature = "images"),
+    command(after_help = "This program is built without the commands over images.")
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -19,10 +27,12 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
+    #[cfg(feature = "images")]
     #[command(flatten)]
     Images(selfcal_images::Command),
     #[command(flatten)]
     Recorded(selfcal_commands::Command),
+    #[cfg(feature = "evidence")]
     #[command(flatten)]
     Evidence(selfcal_evidence::Command),
 }
@@ -30,8 +40,10 @@ enum Command {
 impl Command {
     fn run(&self) -> Result<ExitCode> {
         match self {
+            #[cfg(feature = "images")]
             Self::Images(command) => command.run(),
             Self::Recorded(command) => command.run().map(|()| ExitCode::SUCCESS),
+            #[cfg(feature = "evidence")]
             Self::Evidence(command) => command.run().map(|()| ExitCode::SUCCESS),
         }
     }

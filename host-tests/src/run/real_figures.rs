@@ -45,8 +45,8 @@ pub struct Figures {
     pub bad: usize,
     /// Shares of locked pairs, and of armed pairs, after which the estimate was off by more than 5 reported deviations.
     pub beyond: [f64; 2],
-    /// Share of locked pairs after which the estimate was off by more than 3 deviations, reported with the lens as
-    /// given.
+    /// Share of locked pairs after which the estimate was off by more than 3 of the deviations that are reported for
+    /// exact lenses.
     pub beyond_3: f64,
     /// Reported vibration of `R` at the end, rad RMS: least, median and largest.
     pub vibration_r: [f64; 3],

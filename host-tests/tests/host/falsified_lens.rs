@@ -8,7 +8,7 @@ use stereo_selfcal::{Config, Extrinsics, Fused, LensTracking, State};
 
 const SETS: [&str; 2] = ["opencv_chess_corners", "opencv_chess_sift"];
 
-/// Number of pairs of each set, and so of their cyclic orders.
+/// Number of pairs of each set. A set has as many cyclic orders.
 const ORDERS: usize = 13;
 
 /// Largest ratio of an error to its reported deviation, with the lens uncertain.

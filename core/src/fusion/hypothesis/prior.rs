@@ -52,7 +52,7 @@ impl<T: Scalar> Hypothesis<T> {
         let mut normal =
             NormalEquations { information: self.information, gradient: self.balance(context) };
         if self.is_rigid() {
-            // The vibration was detected after the last pair was added.
+            // No pair was added since the vibration was detected, or since a change of the rig replaced the sums.
             let pairs = T::count(self.pairs.max(1));
             let of_mean = self.vibration(context).scaled(T::ONE / pairs);
             normal.information = of_mean.marginal(&normal)?.information;

@@ -53,3 +53,24 @@ impl<T: Scalar> Scatter<T> {
         T::count(self.differences) + T::lit(CHI_SQUARE_PAIRS)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_means_include_pairs_of_the_expected_ratio() {
+        let mut scatter = Scatter::<f64>::NONE;
+        let covariance = Symmetric5::of_diagonal([1.0, 2.0, 3.0, 4.0, 5.0]);
+        // Nine times the variance that the covariance predicts.
+        let d = Vector5::from(covariance.diagonal().map(|variance: f64| 3.0 * variance.sqrt()));
+        for count in 1..=20 {
+            scatter.add(&d, &covariance);
+            let pairs = f64::from(count) + CHI_SQUARE_PAIRS;
+            let mean = (f64::from(count) * 9.0 + CHI_SQUARE_PAIRS) / pairs;
+            assert!(scatter.ratios.iter().all(|ratio| (ratio - mean).abs() < 1e-12), "{count}");
+            let low = 1.0 - LEAST_OF_FIVE * (2.0 / pairs).sqrt();
+            assert!((scatter.ratio() - mean / low).abs() < 1e-12, "{count}");
+        }
+    }
+}

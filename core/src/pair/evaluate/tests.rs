@@ -205,3 +205,15 @@ fn a_pose_between_two_crowds_of_equal_size_is_no_optimum() {
     assert_eq!([0.0, 0.5].map(evaluated), [[false; 3]; 2]);
     assert_eq!(evaluated(2.0), [true; 3]);
 }
+
+#[test]
+fn most_of_the_points_that_fit_are_more_than_half_of_them() {
+    let is_clearly_in_front = |ahead: f64| {
+        let mut evaluated = EvaluatedPose::<f64>::NONE;
+        evaluated.stats.within = [30.0; 3];
+        evaluated.stats.sides = [ahead, 0.0];
+        evaluated.is_clearly_in_front()
+    };
+    assert_eq!([15.0, 16.0].map(is_clearly_in_front), [false, true]);
+    assert!(!EvaluatedPose::<f64>::NONE.stats.is_hollow(), "no residuals, so no gap");
+}

@@ -258,7 +258,7 @@ fn witnesses_see_the_corrected_lens() {
             assert!(yaw(&read).abs() < 3e-4, "{right:?}: {}", yaw(&read));
         }
     }
-    // Rays in the cameras as given, which the witness corrects.
+    // Rays of the factory cameras, which the witness corrects.
     let given = |rays: RayPair<f32>| {
         RayPair::try_new(rays.left(), rays.right().map(|x| x * (1.0 + focal))).unwrap()
     };

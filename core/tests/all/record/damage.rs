@@ -168,6 +168,32 @@ fn a_number_out_of_its_range_is_refused() {
     }
 }
 
+/// Byte and largest number of the state's ranges in `FORMAT.md`.
+const MOST: [(usize, f32); 9] = [
+    (308, 16.016),
+    (312, 1e6),
+    (316, 1.001),
+    (324, 1e7),
+    (348, 1e10),
+    (356, 4.9e-5),
+    (364, 1.0),
+    (372, 1.0),
+    (376, 10.0),
+];
+
+#[test]
+fn a_number_is_accepted_up_to_the_largest_of_its_range_and_refused_above_it() {
+    let good = after::<f32>(Config::robust(), 20).snapshot();
+    for (byte, most) in MOST {
+        let is_taken = |number: f32| {
+            let mut record = good;
+            record[byte..byte + 4].copy_from_slice(&number.to_le_bytes());
+            robust::<f32>().restore(&sealed(record)) != Err(RestoreError::Absurd)
+        };
+        assert_eq!([0.999, 1.001].map(|part| is_taken(part * most)), [true, false], "{byte}");
+    }
+}
+
 #[test]
 fn a_factory_record_holds_any_lens_and_every_flipped_bit_is_noticed() {
     let lenses = [

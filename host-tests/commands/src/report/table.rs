@@ -4,7 +4,7 @@ use maud::{Markup, html};
 
 use super::numbers::Csv;
 
-/// Words longer than this, bytes, keep some width on a phone.
+/// Length above which the text of a cell gets a least width on narrow screens, bytes.
 const LONG: usize = 40;
 
 /// Tables of more columns than this are wider than a phone.

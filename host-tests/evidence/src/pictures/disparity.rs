@@ -12,13 +12,14 @@ use super::scene::PicturedScene;
 /// Angle of the turned left view, degrees.
 const DEGREES: f64 = 5.0;
 
-/// Rectified pairs and their disparities: at the start, by bundle adjustment and by both presets.
+/// Rectified pairs and their disparities: with the start extrinsics, and with the estimates of bundle adjustment and of
+/// both presets.
 ///
 /// * `name`: one of [`PicturedScene::SHIPPED`].
 /// * `command`: command that makes the page.
 ///
 /// # Errors
-/// As [`comparison`].
+/// If there is no such scene, its files are damaged, or a picture cannot be encoded; and as [`comparison`].
 pub fn disparity_figures(name: &str, command: &str) -> Result<[Figure; 2]> {
     let scene = PicturedScene::shipped(name, DEGREES)?;
     let all = comparison(&scene)?;

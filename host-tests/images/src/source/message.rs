@@ -253,7 +253,7 @@ pub(super) fn camera_info(bytes: &[u8], encoding: Encoding) -> Result<CameraInfo
         writeln!(text, "{name}:\n  rows: {rows}\n  cols: {cols}\n  data: {numbers:?}")?;
     }
     let mut four = || [0, 1, 2, 3].map(|_| fields.u32().unwrap_or(0));
-    // A message of an older definition ends before these fields.
+    // If the message ends before these fields, they count as 0: no binning, and the whole sensor.
     let [binning_x, binning_y, x, y] = four();
     let [roi_height, roi_width, ..] = four();
     Ok(CameraInfo { text, binning: [binning_x, binning_y], roi: [x, y, roi_width, roi_height] })

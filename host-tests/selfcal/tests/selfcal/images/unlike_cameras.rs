@@ -59,7 +59,7 @@ fn sizes_and_focal_lengths_may_differ() {
         [fx * scale[0], fy * scale[1], (cx + 0.5) * scale[0] - 0.5, (cy + 0.5) * scale[1] - 0.5];
     let rig = rig(dir.path(), [(k(), SIZE), (small, half)], PLAIN);
     fits(dir.path(), &["--rig", &rig]);
-    // The same from frames on a wire, and from files of other tools.
+    // `images` also writes frames and a page from these images, and `replay` reads the frames.
     let [frames, page] =
         ["frames.scmf", "page"].map(|name| dir.path().join(name).to_str().unwrap().to_owned());
     let place = dir.path().to_str().unwrap();
