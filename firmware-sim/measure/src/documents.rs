@@ -42,7 +42,7 @@ const EVIDENCE: &[(&str, &[&str], Show)] = &[
     ("update, locked", &["update of 256 locked mean"], Show::Timed),
     ("update, acquiring, at most", &["update of 256 acquiring at most"], Show::Timed),
     ("update, of mismatches, at most", &["update of 256 of mismatches at most"], Show::Timed),
-    ("longest call but `solve_pair`", &["longest call"], Show::Timed),
+    ("longest call of a pair but `solve_pair`", &["longest call"], Show::Timed),
     (
         "last call of `advance_pair`, which fuses; `health`: at most",
         &["advance_pair that fuses at most", "health at most"],
