@@ -183,7 +183,7 @@ mod tests {
         tracks.end();
     }
 
-    /// Returns the bits of both left columns of each joined match, sorted.
+    /// Returns the bits of `x` of the left rays of each joined match, in the earlier and in the last frame, sorted.
     fn joined<const N: usize>(tracks: &Tracks<f32, N>) -> Vec<[u32; 2]> {
         let quads = tracks.quads().iter();
         let mut found: Vec<_> = quads.map(|quad| quad.map(|pair| pair.left.x.to_bits())).collect();

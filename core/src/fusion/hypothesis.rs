@@ -46,7 +46,8 @@ pub(crate) struct Hypothesis<T: Scalar> {
     halves: ImageHalves<T>,
     /// Normal equations of the same pairs for the mean pose of a vibrating rig; not used for a rigid rig.
     marginal: MarginalSums<T>,
-    /// Information of all pairs at the pose, without the prior, 1/rad^2.
+    /// Information of the pairs in the sums, without the prior, 1/rad^2: at the pose for a rigid rig, on the mean pose
+    /// for a vibrating rig.
     information: Information<T>,
     /// Running mean of the noise of a coordinate, px.
     noise: T,
@@ -240,7 +241,7 @@ impl<T: Scalar> Hypothesis<T> {
         true
     }
 
-    /// Returns the information of all pairs at the pose, without the prior, 1/rad^2.
+    /// Returns the information of the pairs in the sums, without the prior, 1/rad^2.
     pub(super) fn information(&self) -> &Information<T> {
         &self.information
     }

@@ -11,7 +11,7 @@ use host_tests::data::Rays;
 pub struct Offsets {
     /// Vertical offset between the two rectified images. Infinite if the estimate puts a point behind a camera.
     pub row: f64,
-    /// Distance, in each image, from the reprojection of the point that best fits both.
+    /// Distance of an image point from the reprojection of the space point that fits both image points best.
     pub reprojection: f64,
 }
 

@@ -71,7 +71,7 @@ impl Picture {
         Self::of(decoded(bytes)?.0)
     }
 
-    /// The picture after the turn or mirroring of an orientation.
+    /// Turns or mirrors the picture as its EXIF orientation says.
     #[must_use]
     pub fn turned(self, orientation: Orientation) -> Self {
         if orientation == Orientation::NoTransforms {

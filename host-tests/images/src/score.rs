@@ -20,7 +20,7 @@ const IN_ROW_PX: f64 = 1.0;
 /// Cells of the left image, across and down.
 const CELLS: [usize; 2] = [8, 6];
 
-/// Number of matches in row that cover a cell.
+/// A cell is covered if at least this many matches of all pairs lie in it and on their row ([`IN_ROW_PX`]).
 const COVERED: usize = 3;
 
 /// Number of parts of an image, across and down, that are separate observations if there are few pairs.

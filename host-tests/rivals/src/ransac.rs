@@ -62,7 +62,7 @@ impl Method for Ransac {
     }
 }
 
-/// The refined pose of a pair, and its inliers; `None` if there is no pose.
+/// The refined pose of a pair, and its inliers; `None` if no sample gives a pose, or if the refinement fails.
 ///
 /// * `noise`: standard deviation of a coordinate, unit depth.
 /// * `seed`: seed of the samples.
@@ -123,7 +123,7 @@ impl Search<'_> {
         best
     }
 
-    /// Sum of the squared residuals, truncated at the limit and in units of its square, and share of inliers.
+    /// Sum of `min((residual / limit)^2, 1)`, and share of inliers.
     fn score(&self, e: &Matrix3<f64>) -> (f64, f64) {
         let (mut score, mut inliers, mut all) = (0.0, 0.0, 0.0);
         for rays in self.rays {

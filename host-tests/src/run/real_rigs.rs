@@ -99,7 +99,7 @@ impl Claim {
 /// * `each`: called after each run, from any thread.
 ///
 /// # Errors
-/// If a parameter of the scenario is out of range.
+/// As [`Scenario::frames`], or if the scenario has no pairs or its cameras are not valid.
 pub fn runs<T: Scalar>(
     scenario: &Scenario,
     config: Config,

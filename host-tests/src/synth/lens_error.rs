@@ -64,7 +64,7 @@ impl LensError {
     /// Checks the ranges.
     ///
     /// # Errors
-    /// If a part is not finite, or so large that a pixel may have several rays.
+    /// If a part is not finite, if the error of the principal point is beyond 100 px, or if another part is beyond 0.1.
     pub(crate) fn check(&self) -> Result<()> {
         let [k, p] = [self.radial, self.tangential];
         let small = [self.focal, self.aspect, k[0], k[1], p[0], p[1], self.rows];

@@ -150,8 +150,8 @@ fn a_compensated_lens_is_found_and_leaves_the_error_of_the_correct_lens() {
             };
             assert!(error.translation <= most, "{case}: {error:?}");
             let (found, true_ratio) = (estimate.correction, 1.0 / (1.0 + focal) - 1.0);
-            // With SIFT matches the correction may come so late that the remaining pairs neither lock the estimate nor
-            // find the falsification to 15 %.
+            // With SIFT matches the correction may come so late that the remaining pairs do not lock the estimate. The
+            // correction is then not compared with the falsification.
             if estimate.state != State::Locked {
                 assert_eq!(name, SETS[1], "{case}");
                 continue;

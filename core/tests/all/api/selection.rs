@@ -99,7 +99,7 @@ fn among_equal_scores_every_match_of_a_cell_has_the_same_chance() {
         for (i, c) in offered.iter_mut().enumerate() {
             let disparity = (i * 7 + usize::from(seed)) % 100;
             c.right[0] = c.left[0] - disparity as f32;
-            // A random row, so that no match is offered twice in all runs.
+            // A random fraction of a pixel, so that the runs hardly ever offer the same match twice.
             c.right[1] += f32::from(rng.random::<u16>()) / 65_536.0;
             let rays = cameras::<f32>().rays(c).unwrap();
             index.insert(key(rays.left(), rays.right()), [i, disparity]);

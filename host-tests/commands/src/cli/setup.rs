@@ -37,11 +37,12 @@ pub(crate) struct Setup {
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
 
-    /// Start of every pair: `identity` (R = I, t = (-1, 0, 0)); `rig`: R and t of the recording's rig; a JSON file with
-    /// "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml; files or folder of
-    /// any format that `selfcal import` reads. Only R and t are read; R and t of --lens compensate do not fit, because
-    /// they belong to corrected cameras [default: rig, if it was read from files of another tool; otherwise identity,
-    /// because R and t of a data set are the reference].
+    /// Factory extrinsics: the start of the first pairs, and in the paper preset of every pair. `identity`: R = I, t =
+    /// (-1, 0, 0); `rig`: R and t of the recording's rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any
+    /// length), such as a meta.json; OpenCV's extrinsics.yml; files or folder of any format that `selfcal import`
+    /// reads. Only R and t are read; R and t of --lens compensate do not fit, because they belong to corrected cameras
+    /// [default: rig, if it was read from files of another tool; otherwise identity, because R and t of a data set are
+    /// the reference].
     #[arg(long, value_name = "identity|rig|FILE|DIR")]
     initial: Option<PathBuf>,
 }

@@ -32,7 +32,7 @@ fn the_page_loads_nothing_and_every_figure_has_its_command() {
         assert!(figure.contains("<code>cargo selfcal evaluate --methods robust,paper --trials 1"));
         let caption = between(figure, "<figcaption>", "<span")[0];
         assert!(caption.len() > 40, "{caption}");
-        // A row, a bar, or a broad line.
+        // A figure with data has a table cell, a bar or a broad line.
         let full = ["<td", "<rect", "stroke-width=\"3\""].iter().any(|mark| figure.contains(mark));
         assert!(full, "{caption}");
         let numbers = out.join(between(figure, "href=\"", "\"")[0]);

@@ -8,7 +8,10 @@ use image::{GrayImage, imageops};
 use crate::call::check;
 use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, folders, moving};
 
-/// A Kalibr file: for each camera `fu fv pu pv` and size; then the rows of the transform.
+/// Writes a Kalibr file, and returns its path.
+///
+/// * `cameras`: `fu fv pu pv` and size of each camera, px.
+/// * `rows`: the first three rows of the transform from left to right.
 fn rig(top: &Path, cameras: [([f64; 4], [u32; 2]); 2], rows: &str) -> String {
     let cam = |n: usize| {
         let (k, size) = cameras[n];
