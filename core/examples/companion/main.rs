@@ -1,5 +1,6 @@
-//! For a Linux companion computer: matches as lines on standard input, estimates as lines on standard output; or
-//! frames of a matcher over UDP or a serial device, estimates as JSON lines.
+//! Calibrator for a Linux companion computer. It reads matches as lines from standard input, and writes the outcome and
+//! the health of each pair, and the extrinsics in use when they change. With `--udp` or `--device` it reads frames of a
+//! matcher instead, and writes a JSON line for each frame.
 //!
 //! ```sh
 //! matcher | cargo run -p stereo-selfcal --example companion -- --focal 1400 --principal 959.5,599.5 --size 1920x1200

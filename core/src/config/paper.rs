@@ -51,7 +51,8 @@ impl Settings {
     pub const DEFAULT: Self =
         Self { step_tolerance_rad: 1e-9, angle: Central::Mean, max_sd_rad: 0.12 };
 
-    /// Sets the step tolerance, rad: the solver has converged when its step is below it. Default 1e-9.
+    /// Sets the step tolerance, rad: the solver has converged if the largest component of an accepted step with low
+    /// damping is at most this. Default 1e-9.
     ///
     /// The solver uses at least 8 units in the last place of 1: 1e-6 rad in `f32`.
     ///

@@ -209,7 +209,9 @@ fn score<T: Scalar>(squares: impl Iterator<Item = T>, scale: T) -> T {
     squares.fold(T::ZERO, |sum, squared| sum + T::ONE / (T::ONE + squared * unit))
 }
 
-/// Returns the score of the pose after a step `d` from the pose of the rows, rad.
+/// Returns the score of the pose after a step.
+///
+/// * `d`: step from the pose that the rows are linearised about, rad; `scale`: scale of the residuals, px.
 #[inline(never)]
 fn score_after<T: Scalar>(rows: &Rows<T>, d: &Vector5<T>, scale: T) -> T {
     let residuals = rows.iter().map(|row| residual(row, d));

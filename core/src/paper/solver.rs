@@ -50,7 +50,8 @@ pub struct HuberSolver<T: Scalar> {
     /// Mean focal length, px.
     focal: T,
     loss: Huber<T>,
-    /// Step below which the solver has converged, rad.
+    /// Largest component of a step, rad, up to which the solver ends: it has converged after an accepted step with low
+    /// damping, and finds no descent after a rejected step.
     tolerance: T,
     /// Smallest standard deviation of a row offset.
     noise_floor: T,

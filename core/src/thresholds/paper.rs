@@ -37,6 +37,6 @@ pub(crate) const MAX_DISPARITY_NOISE: f64 = 0.75;
 /// less accurate.
 pub(crate) const MEDIAN_VALUES: usize = 31;
 
-/// Least deviation that the steps of the median assume. A larger value makes the median jitter; a smaller one stops its
-/// steps after equal values.
+/// Least median absolute deviation of the first values from which the steps of the median are computed. A larger value
+/// makes the median jitter; with a smaller one, equal first values make the steps too short.
 pub(crate) const MIN_DEVIATION_RAD: f64 = 1e-6;

@@ -6,8 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use exif::{In, Tag, Value};
-use host_tests::data::{LensModel, Meta, matrix, rows};
-use nalgebra::{Rotation3, Vector3};
+use host_tests::data::{LensModel, Meta};
 use selfcal_commands::conventions::Unknowns;
 use selfcal_commands::read_rig;
 
@@ -29,27 +28,6 @@ pub struct FoundRig {
     /// The rig under the assumption that the images were cropped from the middle instead of scaled, if both are
     /// possible.
     pub if_cut: Option<Box<Meta>>,
-}
-
-impl FoundRig {
-    /// Turns the right camera by `degrees` about the axis (1, 1, 1) of its frame, as a knock does.
-    ///
-    /// # Errors
-    /// If the rig has no extrinsics.
-    pub fn knock(&mut self, degrees: f64) -> Result<()> {
-        ensure!(
-            self.meta.has_reference(),
-            "--knock turns a calibrated rig, and this one has no R and t"
-        );
-        let turn = Rotation3::new(Vector3::repeat(1.0).normalize() * degrees.to_radians());
-        self.meta.r = rows(&(turn * matrix(&self.meta.r)));
-        self.meta.t = (turn * Vector3::from(self.meta.t)).into();
-        // The yaw is wrong too: it is no calibration that a run may keep.
-        self.meta.other.insert(Meta::FACTORY_YAW_SD.into(), serde_json::Value::Null);
-        self.notes
-            .push(format!("the right camera of the rig is turned by {degrees} degrees (--knock)"));
-        Ok(())
-    }
 }
 
 /// Origin of images whose size differs from the rig's.
@@ -290,29 +268,6 @@ mod tests {
         let cut = RigRequest { cut: Cut::At([0, 60]), ..request };
         let found = cut.fitted(meta(), [[640, 360]; 2]).unwrap();
         assert!((found.meta.k_l[1][2] - (meta().k_l[1][2] - 60.0)).abs() < 1e-12);
-    }
-
-    #[test]
-    fn a_knock_turns_the_right_camera_by_its_angle() {
-        let given = meta();
-        let mut found =
-            FoundRig { meta: given.clone(), guessed: false, notes: Vec::new(), if_cut: None };
-        found.knock(2.0).unwrap();
-        // Coordinates of a point in the right camera's frame, before and after.
-        let seen = |meta: &Meta| {
-            let point = Vector3::new(0.3, -0.2, 5.0);
-            (matrix(&meta.r) * point + Vector3::from(meta.t)).normalize()
-        };
-        let turn = Rotation3::rotation_between(&seen(&given), &seen(&found.meta)).unwrap();
-        let [a, b] = [matrix(&given.r), matrix(&found.meta.r)];
-        let angle = Rotation3::from_matrix_unchecked(b * a.transpose()).angle().to_degrees();
-        assert!((angle - 2.0).abs() < 1e-9, "{angle}");
-        // A direction across the axis moves more than one along it, and none by more than the angle.
-        assert!((0.5..2.0).contains(&turn.angle().to_degrees()), "{turn}");
-        assert_eq!(found.meta.other[Meta::FACTORY_YAW_SD], serde_json::Value::Null);
-        found.meta.r = [[0.0; 3]; 3];
-        found.meta.t = [0.0; 3];
-        assert!(found.knock(2.0).unwrap_err().to_string().contains("no R and t"));
     }
 
     #[test]

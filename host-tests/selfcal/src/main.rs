@@ -13,12 +13,14 @@ use clap::{Parser, Subcommand};
 #[derive(Debug, Parser)]
 #[command(version)]
 #[cfg_attr(
-    feature = "images",
+    feature = "full",
     command(after_help = "Start with: selfcal images chess --knock 1 --report page")
 )]
 #[cfg_attr(
-    not(feature = "images"),
-    command(after_help = "This program is built without the commands over images.")
+    not(feature = "full"),
+    command(
+        after_help = "Without the commands over images and those that make EVIDENCE.md: they need the feature `full`."
+    )
 )]
 struct Cli {
     #[command(subcommand)]
@@ -27,12 +29,12 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    #[cfg(feature = "images")]
+    #[cfg(feature = "full")]
     #[command(flatten)]
     Images(selfcal_images::Command),
     #[command(flatten)]
     Recorded(selfcal_commands::Command),
-    #[cfg(feature = "evidence")]
+    #[cfg(feature = "full")]
     #[command(flatten)]
     Evidence(selfcal_evidence::Command),
 }
@@ -40,10 +42,10 @@ enum Command {
 impl Command {
     fn run(&self) -> Result<ExitCode> {
         match self {
-            #[cfg(feature = "images")]
+            #[cfg(feature = "full")]
             Self::Images(command) => command.run(),
             Self::Recorded(command) => command.run().map(|()| ExitCode::SUCCESS),
-            #[cfg(feature = "evidence")]
+            #[cfg(feature = "full")]
             Self::Evidence(command) => command.run().map(|()| ExitCode::SUCCESS),
         }
     }

@@ -1,7 +1,8 @@
 //! Pairs alone: a calibrator without earlier pairs solves each pair, as the definition of `sigma_t` and `sigma_theta`
 //! (eqs 25, 26) requires.
 //!
-//! In a run, the robust preset solves a pair from the running estimate, so the solution depends on earlier pairs.
+//! In a run, the robust preset solves a pair from the running estimate if there is one, so the solution depends on
+//! earlier pairs.
 
 use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
 

@@ -1,4 +1,4 @@
-//! Whether a calibration measured the extrinsics that a run starts from.
+//! Factory calibration of a run, and whether its extrinsics count as calibrated or as a guess.
 
 use anyhow::Result;
 use stereo_selfcal::{Extrinsics, FactoryCalibration, Scalar};

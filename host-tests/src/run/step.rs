@@ -34,7 +34,7 @@ pub struct Step {
     /// Outcome of the pair.
     pub verdict: Verdict,
     /// The solution of the pair in the run; `None` if it is not solved. The robust preset starts it from the running
-    /// estimate.
+    /// estimate if there is one.
     pub solved: Option<Solved>,
     /// The pair solved alone, if the run has noted it.
     pub alone: Option<Alone>,

@@ -50,8 +50,8 @@ pub struct Summary {
     pub sigma_theta: Option<f64>,
     /// Number of pairs with an estimate when solved alone.
     pub sigma_pairs: usize,
-    /// RMS error of the baseline direction over the fused pairs as solved in the run. There the robust preset starts
-    /// them from the running estimate.
+    /// RMS error of the baseline direction over the fused pairs as solved in the run. The robust preset starts a pair from
+    /// the running estimate if there is one.
     pub tracked_t: Option<f64>,
     /// RMS error of the rotation over the same pairs as `tracked_t`.
     pub tracked_theta: Option<f64>,

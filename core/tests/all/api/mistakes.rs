@@ -198,8 +198,8 @@ impl Outcome {
     }
 }
 
-/// For each of the named mistakes: its name, the number of runs at both depths that lock or arm, and the number of runs
-/// that name it.
+/// Runs each of the named mistakes 12 times at each of the two depths. Returns for each mistake its name, the number of
+/// its 24 runs that lock or arm, and the number for which `is_named` holds.
 fn locked_and_named(
     config: Config,
     names: &[&str],

@@ -1,25 +1,32 @@
 //! The tables of `FORMAT.md` against the code.
 
+use super::damage::sealed;
 use super::{ROTATION, after, scene};
+use crate::api::presets::robust;
 use crate::api::scene::{cameras, rig, take};
 use nalgebra::Matrix3;
 use stereo_selfcal::geometry::so3;
-use stereo_selfcal::{Config, FactoryCalibration};
+use stereo_selfcal::{Config, FactoryCalibration, RestoreError};
 
-/// Byte and content of each row of a table.
-fn table(heading: &str) -> Vec<(usize, String)> {
+/// Byte, content and range of each row of a table.
+fn table(heading: &str) -> Vec<(usize, String, String)> {
     let page = include_str!("../../../src/record/FORMAT.md");
     let section = page.split("\n## ").find(|section| section.starts_with(heading)).unwrap();
     let row = |line: &str| {
         let mut cells = line.split('|').skip(1).map(str::trim);
-        Some((cells.next()?.parse().ok()?, cells.next()?.to_owned()))
+        let byte = cells.next()?.parse().ok()?;
+        Some((byte, cells.next()?.to_owned(), cells.next()?.to_owned()))
     };
     section.lines().filter_map(row).collect()
 }
 
 /// Byte of the first row whose content contains a text.
-fn place(table: &[(usize, String)], content: &str) -> usize {
-    table.iter().find(|(_, text)| text.contains(content)).unwrap_or_else(|| panic!("{content}")).0
+fn place(table: &[(usize, String, String)], content: &str) -> usize {
+    table
+        .iter()
+        .find(|(_, text, _)| text.contains(content))
+        .unwrap_or_else(|| panic!("{content}"))
+        .0
 }
 
 fn numbers<const N: usize>(record: &[u8], at: usize) -> [f32; N] {
@@ -59,6 +66,31 @@ fn the_table_of_the_state_matches_its_bytes() {
     let [claimed, ..] = numbers::<1>(&record, place(&rows, "mount: share"));
     assert_eq!(claimed, 1.0);
     assert_eq!(place(&rows, "CRC-32"), record.len() - 4);
+}
+
+#[test]
+fn a_number_above_the_largest_of_its_range_is_refused() {
+    let good = after::<f32>(Config::robust(), 20).snapshot();
+    let [mut refused, mut accepted] = [0, 0];
+    for (byte, content, range) in table("State") {
+        let first = range.split(';').next().unwrap_or_default();
+        let (from_0, most) = (first.starts_with("0 to "), first.trim_start_matches("0 to "));
+        // The header has whole numbers.
+        let (20.., Ok(most)) = (byte, most.parse::<f32>()) else { continue };
+        let is_taken = |number: f32| {
+            let mut record = good;
+            record[byte..byte + 4].copy_from_slice(&number.to_le_bytes());
+            robust::<f32>().restore(&sealed(record)) != Err(RestoreError::Absurd)
+        };
+        assert!(!is_taken(1.001 * most), "{content}");
+        refused += 1;
+        // Other numbers have further conditions.
+        if from_0 {
+            assert!(is_taken(0.999 * most), "{content}");
+            accepted += 1;
+        }
+    }
+    assert_eq!([refused, accepted], [17, 9]);
 }
 
 #[test]

@@ -10,8 +10,8 @@ use stereo_selfcal::{Camera, Cameras};
 
 use host_tests::data::{Meta, QuarterTurns, Rows, rows};
 
-/// Fields of view across that are tried if a whole image cannot be rectified, in steps of [`FIELD_STEP`]: the widest
-/// first.
+/// Horizontal fields of view, in multiples of [`FIELD_STEP`]. If a whole image cannot be rectified, they are tried from
+/// the widest to the narrowest.
 const FIELDS: std::ops::RangeInclusive<u16> = 8..=30;
 
 /// Step between two fields, degrees.

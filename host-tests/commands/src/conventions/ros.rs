@@ -159,7 +159,7 @@ fn pose([left, right]: &[Info<'_>; 2]) -> Result<Pose> {
         &rigid,
         &format!("{} and {}: the rectification matrices", left.value.place(), right.value.place()),
     )?;
-    // `P` gives the length of the baseline: a row of a rotation has unit length.
+    // The translation has unit length, because it is made of rows of a rotation. `P` gives the length of the baseline.
     pose.baseline_m = super::scale::known(length);
     Ok(pose)
 }

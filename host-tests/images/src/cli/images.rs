@@ -44,7 +44,8 @@ pub struct ImagesArgs {
     rig_out: Option<PathBuf>,
 
     /// Write rig and matches as a data set for `selfcal replay`, pair by pair; the folder must be empty or not exist.
-    #[arg(long, value_name = "DIR")]
+    /// Not with --knock, because the rig of a data set is its reference.
+    #[arg(long, value_name = "DIR", conflicts_with = "knock")]
     out: Option<PathBuf>,
 
     /// Write the matches as the frames that an FPGA sends, in 1/256 px; must not exist. For `selfcal replay FILE

@@ -14,7 +14,7 @@ use crate::session::{self, Request, Session};
 use crate::source::{Frame, Source, Wanted};
 use anyhow::{Context, Result, ensure};
 use clap::{Args, ValueEnum};
-use host_tests::data::Meta;
+use host_tests::data::{Meta, Turn, TurnedCamera, TurnedView};
 use image::metadata::Orientation;
 use selfcal_commands::RigArgs;
 use selfcal_commands::conventions::Unknowns;
@@ -81,8 +81,8 @@ pub(crate) struct SourceArgs {
     #[arg(long, default_value_t = MatcherConfig::default().prior_deg, value_name = "D")]
     prior: f64,
 
-    /// Start from a wrong calibration: its right camera is turned by this angle about the axis (1, 1, 1), degrees, at
-    /// most by the prior. Shows on images of a good rig how a knock is found.
+    /// Start from a wrong calibration: the right camera of the rig is turned up by this angle, degrees, at most by the
+    /// prior. If several rigs are given, the first is turned. Shows on images of a good rig how a knock is found.
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     knock: Option<f64>,
 
@@ -205,7 +205,11 @@ impl SourceArgs {
         let rig = self.upright(&request, &mut source, &first).context("the rig")?;
         let mut rig = if_cut(rig, &source, matcher)?;
         if let Some(degrees) = self.knock {
-            rig.knock(degrees)?;
+            let turn = Turn::new(&rig.meta, TurnedView::Top, degrees, TurnedCamera::Right)?;
+            rig.meta = turn.meta(&rig.meta);
+            rig.notes.push(format!(
+                "the right camera of the rig is turned up by {degrees} degrees (--knock)"
+            ));
         }
         for note in &rig.notes {
             eprintln!("note: {note}");

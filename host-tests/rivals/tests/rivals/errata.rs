@@ -1,4 +1,5 @@
-//! One test for each erratum of the paper: the core's form holds, the printed one does not.
+//! Tests of the errata of the paper, numbered as in the core's module `paper`. If the core has a corrected form, the test
+//! checks it. Erratum 7 is a limit of the method, and its test shows the limit.
 //!
 //! Erratum 1 (sign of `J_0`) is tested in `rivals::literal_paper`; the half of erratum 6 about arccos in `metrics` of
 //! the core.
