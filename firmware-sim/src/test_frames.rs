@@ -3,8 +3,8 @@
 use core::ops::Range;
 use std::vec::Vec;
 
-use host_tests::data::Match;
-use host_tests::wire::Sender;
+use rigs::data::Match;
+use sim::wire::Sender;
 use stereo_selfcal::Correspondence;
 
 /// The `i`-th match. All differ, and their scene makes all directions observable.

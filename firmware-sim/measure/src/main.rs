@@ -17,8 +17,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use clap::Parser;
-use host_tests::is_broken_pipe;
-use host_tests::run::progress;
+use sim::is_broken_pipe;
+use sim::run::progress;
 
 use compare::Bound;
 use table::{Row, Table};

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, ScopedJoinHandle};
 
 use anyhow::{Context, Result, anyhow, ensure};
-use host_tests::run::progress::Bar;
+use indicatif::ProgressBar;
 use semver::Version;
 
 use crate::image::{Image, compiler};
@@ -29,7 +29,11 @@ struct BoardFigures {
 /// Measures every variant of some boards. Returns the table, and the output of all programs.
 ///
 /// * `repeat`: runs of each program, which must all print the same.
-pub(crate) fn table(boards: &[Board], repeat: usize, progress: &Bar) -> Result<(Table, String)> {
+pub(crate) fn table(
+    boards: &[Board],
+    repeat: usize,
+    progress: &ProgressBar,
+) -> Result<(Table, String)> {
     // A thread per board: while the programs of one board run, which takes one core, those of the other are built.
     let figures = thread::scope(|scope| {
         let start = |board: &Board| {
@@ -50,7 +54,7 @@ pub(crate) fn table(boards: &[Board], repeat: usize, progress: &Bar) -> Result<(
     Ok((Table { compiler, rows: rows.concat() }, output.concat()))
 }
 
-fn figures(board: Board, repeat: usize, progress: &Bar) -> Result<BoardFigures> {
+fn figures(board: Board, repeat: usize, progress: &ProgressBar) -> Result<BoardFigures> {
     let (mut version, mut rows, mut output) = (None, Vec::new(), String::new());
     for variant in Variant::of(board) {
         progress.set_message(format!("builds and runs, building for {variant}"));
@@ -71,7 +75,7 @@ fn figures(board: Board, repeat: usize, progress: &Bar) -> Result<BoardFigures> 
     Ok(BoardFigures { compiler: version.context("nothing was built")?, rows, output })
 }
 
-fn repeated(board: Board, program: &Path, repeat: usize, progress: &Bar) -> Result<String> {
+fn repeated(board: Board, program: &Path, repeat: usize, progress: &ProgressBar) -> Result<String> {
     let mut texts = (0..repeat).map(|_| {
         let text = emulate::output(board, program);
         progress.inc(1);

@@ -6,7 +6,7 @@ use std::time::Duration;
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
 use emulator::{Machine, seconds};
-use host_tests::data::Dataset;
+use rigs::data::Dataset;
 
 /// Run the controller's firmware on this computer, with a recorded data set instead of the matcher.
 ///

@@ -37,7 +37,7 @@ pub(super) fn direction(direction: Direction) -> &'static str {
 
 /// The strongest doubt of the matches.
 pub(super) fn doubt(reasons: Reasons) -> Option<&'static str> {
-    Some(match host_tests::run::doubt(reasons)? {
+    Some(match sim::run::doubt(reasons)? {
         Reason::SecondMode => "second crowd of matches: not applied",
         Reason::Biased => "image halves disagree: not applied",
         Reason::ImageHalves => "image halves disagree",

@@ -15,8 +15,8 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use clap::Parser;
 use firmware_sim::App;
-use host_tests::is_broken_pipe;
-use host_tests::run::plot;
+use page::run::plot;
+use sim::is_broken_pipe;
 use stereo_selfcal::Scalar;
 use test_support::wire::Wire;
 

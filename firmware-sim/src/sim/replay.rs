@@ -3,9 +3,9 @@
 use std::io::Write;
 
 use anyhow::Result;
-use host_tests::data::{Dataset, in_f64};
-use host_tests::run::{PairSolver, RunLog, Step, progress};
-use host_tests::wire::Sender;
+use rigs::data::{Dataset, in_f64};
+use sim::run::{PairSolver, RunLog, Step, progress};
+use sim::wire::Sender;
 use stereo_selfcal::outcome::Direction;
 use stereo_selfcal::{Config, FactoryCalibration, Health};
 use test_support::wire::Wire;

@@ -3,8 +3,8 @@
 use std::io::Write;
 
 use anyhow::Result;
-use host_tests::data::Dataset;
-use host_tests::run::Summary;
+use rigs::data::Dataset;
+use sim::run::Summary;
 use stereo_selfcal::outcome::{DEPTHS_M, Direction};
 use stereo_selfcal::{ApplyError, Extrinsics, Health};
 

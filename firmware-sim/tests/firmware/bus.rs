@@ -1,8 +1,8 @@
 //! Matches over the simulated bus lead to the same estimate as matches pushed directly.
 
 use firmware_sim::{App, Event, solve_and_fuse, start};
-use host_tests::data::Dataset;
-use host_tests::wire::{Sender, quantised};
+use rigs::data::Dataset;
+use sim::wire::{Sender, quantised};
 use stereo_selfcal::Extrinsics;
 use stereo_selfcal::link::FpgaMatcher;
 use test_support::wire::Wire;

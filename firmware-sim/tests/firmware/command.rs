@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-use host_tests::data::Dataset;
+use rigs::data::Dataset;
 
 /// An empty folder.
 fn folder(name: &str) -> PathBuf {

@@ -2,8 +2,8 @@
 
 use firmware_sim::recording::{FRAMES, NAME, PAIRS, ReplayBus, cameras, truth};
 use firmware_sim::{App, Event, start};
-use host_tests::data::Dataset;
-use host_tests::wire::Sender;
+use rigs::data::Dataset;
+use sim::wire::Sender;
 use stereo_selfcal::link::FpgaMatcher;
 use test_support::wire::Wire;
 

@@ -10,7 +10,7 @@ use super::recorded_sets::RecordedSet;
 use super::step_response::StepResponse;
 use super::sweep::Sweep;
 use super::verdict::{self, OURS};
-use rivals::{self, Method, Range, Variant};
+use crate::rivals::{self, Method, Range, Variant};
 
 /// Options of an evaluation.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -5,16 +5,17 @@
 
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 
-pub mod before;
 pub mod cache;
-mod cli;
+mod commands;
 pub mod effort;
 mod findings;
+mod measure;
 pub mod measurement;
 pub mod offsets;
 pub mod on_recorded;
 pub mod pictures;
 pub mod recorded_sets;
+pub mod rivals;
 mod sections;
 pub mod step_response;
 pub mod sweep;
@@ -23,17 +24,17 @@ pub mod verdict;
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use host_tests::run::progress::Bar;
+use indicatif::ProgressBar;
 
 use cache::Cache;
 use findings::Findings;
 use measurement::{MeasurementCounts, Runner};
+use page::report::Page;
 use rivals::{Range, Variant, all_variants};
-use selfcal_commands::report::Page;
 use sweep::{Sweep, SweepAxis};
 use verdict::Outcome;
 
-pub use cli::{Ablation, Command};
+pub use commands::Command;
 pub use findings::Request;
 
 /// Results of an evaluation.
@@ -43,8 +44,6 @@ pub struct Evaluated {
     pub page: PathBuf,
     /// Numbers of measurements by their outcome.
     pub counts: MeasurementCounts,
-    /// Number of the rivals' figures at least as good as before their settings were varied, and of all.
-    pub not_weakened: [usize; 2],
     /// Numbers of cells on the recordings in which the robust preset has a smaller error than the best rival, in which
     /// they tie, and in which it has a larger one.
     pub cells: [usize; 3],
@@ -67,7 +66,7 @@ const BATCH: [&str; 1] = ["bundle"];
 ///
 /// # Errors
 /// If a method is unknown, a data set cannot be read, or a file of the folder cannot be read or written.
-pub fn evaluate(request: &Request, dir: &Path, bar: &Bar) -> Result<Evaluated> {
+pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Evaluated> {
     let sets = recorded_sets::all(&request.data)?;
     let methods = request.methods()?;
     let cache = Cache::open(dir, request.fresh)?;
@@ -96,11 +95,10 @@ pub fn evaluate(request: &Request, dir: &Path, bar: &Bar) -> Result<Evaluated> {
     let judged = verdict::cells(&rows, &ours, &rivals);
     let count = |outcome| judged.iter().filter(|cell| cell.outcome == outcome).count();
     let cells = [Outcome::Win, Outcome::Tie, Outcome::Loss].map(count);
-    let not_weakened = before::at_least_as_good(&rows, &variants)?;
     let mut page = Page::new(TITLE, LEAD);
     page.sections = sections::all(&findings, &counts);
     let page = page.write(dir)?;
-    Ok(Evaluated { page, counts, not_weakened, cells })
+    Ok(Evaluated { page, counts, cells })
 }
 
 #[cfg(test)]
@@ -119,13 +117,13 @@ mod tests {
             settings: Range::Few,
             pictures: false,
             fresh: false,
-            command: "cargo selfcal evaluate".into(),
+            command: "cargo evidence evaluate".into(),
         }
     }
 
     fn run(dir: &Path, threads: usize) -> Evaluated {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| evaluate(&request(), dir, &Bar::hidden()).unwrap())
+        pool.install(|| evaluate(&request(), dir, &ProgressBar::hidden()).unwrap())
     }
 
     /// The page and its numbers.
@@ -169,7 +167,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let unknown = Request { methods: vec!["wizard".into()], ..request() };
         let out = dir.path().join("out");
-        let error = evaluate(&unknown, &out, &Bar::hidden()).unwrap_err().to_string();
+        let error = evaluate(&unknown, &out, &ProgressBar::hidden()).unwrap_err().to_string();
         assert!(error.contains("wizard") && error.contains("ling-shen"), "{error}");
         assert!(!out.exists());
     }

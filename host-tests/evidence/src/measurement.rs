@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::{Context, Result};
-use host_tests::run::progress::Bar;
+use indicatif::ProgressBar;
 use rayon::prelude::*;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -36,7 +36,7 @@ pub type Measured<T> = Result<T, String>;
 /// Takes measurements, or reads them from the cache.
 pub struct Runner<'a> {
     cache: &'a Cache,
-    bar: &'a Bar,
+    bar: &'a ProgressBar,
     measurements: AtomicUsize,
     reused: AtomicUsize,
     failed: Mutex<Vec<(String, String)>>,
@@ -56,7 +56,7 @@ pub struct MeasurementCounts {
 impl<'a> Runner<'a> {
     /// * `bar`: advances with every measurement.
     #[must_use]
-    pub fn new(cache: &'a Cache, bar: &'a Bar) -> Self {
+    pub fn new(cache: &'a Cache, bar: &'a ProgressBar) -> Self {
         let [measurements, reused] = [0, 0].map(AtomicUsize::new);
         Self { cache, bar, measurements, reused, failed: Mutex::new(Vec::new()) }
     }
@@ -144,7 +144,7 @@ mod tests {
 
     fn run(dir: &std::path::Path) -> (Vec<Measured<f64>>, MeasurementCounts) {
         let cache = Cache::open(dir, false).unwrap();
-        let bar = Bar::hidden();
+        let bar = ProgressBar::hidden();
         let runner = Runner::new(&cache, &bar);
         (runner.run(&[2, 7, 4, 9].map(Half)).unwrap(), runner.counts())
     }

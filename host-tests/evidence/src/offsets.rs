@@ -4,7 +4,7 @@ use stereo_selfcal::Extrinsics;
 use stereo_selfcal::batch::{RayPair, row_offset};
 use stereo_selfcal::geometry::RectifyingRotations;
 
-use host_tests::data::Rays;
+use rigs::data::Rays;
 
 /// RMS over points, at unit depth: times the focal length, px.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,10 +6,10 @@ use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::measurement::{Measured, Measurement, Runner};
 use super::recorded_sets::{GATE_PX, RecordedSet, SetView, TURN_DEG};
-use host_tests::bounds::joint_fit;
-use host_tests::data::Rays;
-use host_tests::stats::median;
-use rivals::Variant;
+use crate::rivals::Variant;
+use rigs::data::Rays;
+use sim::bounds::joint_fit;
+use sim::stats::median;
 
 /// Fewest matches of a gated fit, which has five unknowns.
 const FEW: usize = 12;

@@ -13,8 +13,8 @@ use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::cache::digest;
-use host_tests::data::{Dataset, Rays, TurnedCamera, TurnedView};
-use rivals::{Front, Setting, Tuning};
+use crate::rivals::{Front, Setting, Tuning};
+use rigs::data::{Dataset, Rays, TurnedCamera, TurnedView};
 
 /// Angle of a turned view, degrees.
 pub const TURN_DEG: f64 = 5.0;
@@ -128,7 +128,7 @@ impl SetView {
 
     fn new([camera, view]: [&'static str; 2], set: &Dataset) -> Result<Self> {
         let cameras = set.cameras::<f64>()?;
-        let rays = |m: &host_tests::data::Match| {
+        let rays = |m: &rigs::data::Match| {
             let pair: RayPair<f64> = cameras.rays(&m.correspondence()).ok()?;
             Some([pair.left(), pair.right()].map(|[x, y]| Vector3::new(x, y, 1.0)))
         };
@@ -274,7 +274,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let error = all(&[dir.path().to_owned()]).err().unwrap().to_string();
         assert!(error.contains("meta.json"), "{error}");
-        let set = host_tests::synth::Scene::default().dataset(2, 1).unwrap();
+        let set = sim::synth::Scene::default().dataset(2, 1).unwrap();
         set.save(&dir.path().join("mine")).unwrap();
         let more = all(&[dir.path().to_owned(), dir.path().join("mine")]).unwrap();
         assert_eq!((more.len(), more[shipped].name.as_str()), (shipped + 1, "mine"));

@@ -7,9 +7,9 @@ use stereo_selfcal::geometry::metrics::Deviation;
 use super::measurement::{Measurement, Runner};
 use super::on_recorded::{ErrorPair, error_pair};
 use super::sweep::setting;
-use host_tests::data::Rays;
-use host_tests::synth::{Scenario, ScenarioKind, five_degrees_off};
-use rivals::{Front, Variant};
+use crate::rivals::{Front, Variant};
+use rigs::data::Rays;
+use sim::synth::{Scenario, ScenarioKind, five_degrees_off};
 
 /// Pairs of a run; the rig turns in the middle.
 pub const PAIRS: usize = 60;
@@ -58,7 +58,7 @@ impl Measurement for Run<'_> {
         let front = Front::new(&rays, &setting);
         let of_method = |by: &&Variant| {
             let found = by.running(&rays, &front, &setting).into_iter();
-            let error = |(found, frame): (Option<_>, &host_tests::synth::ScenarioPair)| {
+            let error = |(found, frame): (Option<_>, &sim::synth::ScenarioPair)| {
                 Some(error_pair(Deviation::between(&found?, &frame.scene.rig)))
             };
             found.zip(&frames).map(error).collect()

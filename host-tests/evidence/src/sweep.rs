@@ -13,10 +13,10 @@ use super::measurement::{Measured, Measurement, Runner};
 use super::on_recorded::error_pair;
 use super::recorded_sets::START;
 use crate::offsets::Offsets;
-use host_tests::bounds::cramer_rao;
-use host_tests::data::Rays;
-use host_tests::synth::{Depth, Scene, SynthPair, five_degrees_off};
-use rivals::{Front, Setting, Tuning, Variant};
+use crate::rivals::{Front, Setting, Tuning, Variant};
+use rigs::data::Rays;
+use sim::bounds::cramer_rao;
+use sim::synth::{Depth, Scene, SynthPair, five_degrees_off};
 
 /// Seed of the first scene of every point.
 const SEED: u64 = 9_900_000;

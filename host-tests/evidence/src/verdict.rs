@@ -6,8 +6,8 @@
 //! differs from the start by more than that error.
 
 use super::on_recorded::{Quantity, Row};
-use host_tests::stats::geometric_mean;
-use rivals::Variant;
+use crate::rivals::Variant;
+use sim::stats::geometric_mean;
 
 /// Our method.
 pub const OURS: &str = "robust";
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use crate::on_recorded::Errors;
     use crate::recorded_sets::RecordedSet;
-    use host_tests::synth::Scene;
+    use sim::synth::Scene;
     use stereo_selfcal::geometry::metrics::Deviation;
 
     fn outcome(ours: Option<f64>, rivals: [f64; 2]) -> (Outcome, usize) {

@@ -1,8 +1,8 @@
 //! Coverage of both images by the matches of a run, near and far, and advice in words on where to point the cameras.
 
-use host_tests::data::{Dataset, Match};
-use host_tests::run::Estimate;
+use rigs::data::{Dataset, Match};
 use serde::Serialize;
+use sim::run::Estimate;
 use stereo_selfcal::Cameras;
 use stereo_selfcal::batch::row_offset;
 use stereo_selfcal::geometry::RectifyingRotations;
@@ -134,8 +134,8 @@ fn words(cells: &[[[Cell; 3]; 3]; 2]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_tests::run::replay;
-    use host_tests::synth::{Scenario, ScenarioKind};
+    use sim::run::replay;
+    use sim::synth::{Scenario, ScenarioKind};
     use stereo_selfcal::{Config, Extrinsics};
 
     fn coverage(kind: ScenarioKind, keep: impl Fn(&Match) -> bool) -> Coverage {

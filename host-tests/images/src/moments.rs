@@ -3,8 +3,8 @@
 use std::ops::ControlFlow;
 
 use anyhow::Result;
-use host_tests::data::Match;
 use rayon::prelude::*;
+use rigs::data::Match;
 
 use crate::matcher::Matcher;
 use crate::source::{Frame, Item, Source};

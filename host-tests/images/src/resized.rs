@@ -1,7 +1,7 @@
 //! Cameras of images that were cropped or resampled: region of interest, binning, scale.
 
 use anyhow::{Result, ensure};
-use host_tests::data::{Meta, Rows};
+use rigs::data::{Meta, Rows};
 
 /// Change of an image: cropped, then scaled.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,8 +81,7 @@ mod tests {
 
     #[test]
     fn region_and_binning_see_the_rays_of_the_whole_image() {
-        let meta =
-            Meta { ..host_tests::data::Dataset::find_meta("opencv_chess_sift".as_ref()).unwrap() };
+        let meta = Meta { ..rigs::data::Dataset::find_meta("opencv_chess_sift".as_ref()).unwrap() };
         let change = Change::of_info([640, 480], [100, 40, 400, 300], [2, 2]).unwrap();
         let part = changed(&meta, [change; 2]);
         assert_eq!(part.sizes(), [[200, 150]; 2]);
@@ -97,7 +96,7 @@ mod tests {
 
     #[test]
     fn a_cut_keeps_the_focal_length_and_moves_the_principal_point() {
-        let meta = host_tests::data::Dataset::find_meta("opencv_chess_sift".as_ref()).unwrap();
+        let meta = rigs::data::Dataset::find_meta("opencv_chess_sift".as_ref()).unwrap();
         let cut = changed(&meta, [Change::centre([640, 480], [320, 240]); 2]);
         assert!((cut.k_l[0][0] - meta.k_l[0][0]).abs() < 1e-12);
         assert!((cut.k_l[0][2] - (meta.k_l[0][2] - 160.0)).abs() < 1e-12);

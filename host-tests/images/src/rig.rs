@@ -6,9 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use exif::{In, Tag, Value};
-use host_tests::data::{LensModel, Meta};
-use selfcal_commands::conventions::Unknowns;
-use selfcal_commands::read_rig;
+use rigs::data::{LensModel, Meta};
+use rigs::formats::Unknowns;
+use rigs::read_rig;
 
 use crate::resized::{self, Change};
 use crate::source::{Frame, RigOf};
@@ -242,7 +242,7 @@ mod tests {
     use super::*;
 
     fn meta() -> Meta {
-        host_tests::data::Dataset::find_meta(Path::new("opencv_chess_sift")).unwrap()
+        rigs::data::Dataset::find_meta(Path::new("opencv_chess_sift")).unwrap()
     }
 
     #[test]

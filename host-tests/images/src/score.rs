@@ -7,10 +7,10 @@
 use std::fmt;
 
 use anyhow::{Context, Result};
-use host_tests::data::{Dataset, Match, Meta};
-use host_tests::run::{SCREEN_PX, replay, row_offsets_px};
-use host_tests::stats::{mean, median, rms};
+use rigs::data::{Dataset, Match, Meta};
 use serde::Serialize;
+use sim::run::{SCREEN_PX, replay, row_offsets_px};
+use sim::stats::{mean, median, rms};
 use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations};
 use stereo_selfcal::{Calibration, Config, Extrinsics};
 
@@ -296,14 +296,14 @@ impl fmt::Display for Scores {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_tests::synth::{Scenario, ScenarioKind};
+    use sim::synth::{Scenario, ScenarioKind};
 
     fn candidates(set: &Dataset, degrees: f64) -> Vec<Candidate> {
         let (sin, cos) = degrees.to_radians().sin_cos();
         // Pitch: all rows move.
         let pitch = nalgebra::Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
         let off = Meta {
-            r: host_tests::data::rows(&(pitch * host_tests::data::matrix(&set.meta.r))),
+            r: rigs::data::rows(&(pitch * rigs::data::matrix(&set.meta.r))),
             ..set.meta.clone()
         };
         [("true", set.meta.clone()), ("off", off)]

@@ -8,9 +8,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail, ensure};
-use host_tests::data::{Dataset, Match, PairsFolder};
-use host_tests::run::{Apply, Capacity, KeptPairs, RunLog, Running, Step};
-use host_tests::wire::Sender;
+use rigs::data::{Dataset, Match, PairsFolder};
+use sim::run::{Apply, Capacity, KeptPairs, RunLog, Running, Step};
+use sim::wire::Sender;
 use stereo_selfcal::{Config, Extrinsics};
 
 use crate::matcher::{Matcher, MatcherConfig};

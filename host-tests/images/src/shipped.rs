@@ -3,10 +3,12 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use host_tests::data::Dataset;
+use rigs::data::Dataset;
+use strum::{Display, EnumMessage, EnumString, VariantArray};
 
 /// Images of a shipped data set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display, EnumMessage, EnumString, VariantArray)]
+#[strum(serialize_all = "kebab-case")]
 pub enum ShippedImages {
     /// 13 pairs of a chessboard, 640 x 480, of OpenCV's samples.
     Chess,
@@ -21,23 +23,12 @@ const CHESS: [u8; 13] = [1, 2, 3, 4, 5, 6, 7, 8, 9, 11, 12, 13, 14];
 
 impl ShippedImages {
     /// All image sets.
-    pub const ALL: [Self; 3] = [Self::Chess, Self::Motorcycle, Self::Aloe];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// The images with this name, unless a file or a folder has the same name.
     #[must_use]
     pub fn named(place: &Path) -> Option<Self> {
-        let of_name = |images: &Self| place.to_str() == Some(images.name());
-        Self::ALL.into_iter().find(of_name).filter(|_| !place.exists())
-    }
-
-    /// Name on the command line.
-    #[must_use]
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Chess => "chess",
-            Self::Motorcycle => "motorcycle",
-            Self::Aloe => "aloe",
-        }
+        place.to_str()?.parse().ok().filter(|_| !place.exists())
     }
 
     /// Left and right file of each pair.

@@ -3,8 +3,8 @@
 use std::fmt;
 
 use anyhow::Result;
-use host_tests::run::{Estimate, Summary};
 use serde::Serialize;
+use sim::run::{Estimate, Summary};
 use stereo_selfcal::{Reason, State};
 
 use crate::coverage::Coverage;

@@ -2,11 +2,11 @@
 
 use std::convert::Infallible;
 
-use host_tests::data::rows;
 use numpy::ndarray::aview2;
 use numpy::{Element, PyArray1, PyArray2, PyReadonlyArrayDyn, PyUntypedArray, ToPyArray};
 use numpy::{PyUntypedArrayMethods, ndarray::ArrayView1};
 use pyo3::prelude::*;
+use rigs::data::rows;
 use stereo_selfcal::{Correspondence, Extrinsics};
 
 use crate::errors::{value, wrong_type};

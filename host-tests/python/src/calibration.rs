@@ -2,10 +2,10 @@
 
 #![allow(non_snake_case, reason = "the field's symbol")]
 
-use host_tests::data::{in_f64, rows};
 use numpy::{PyArray1, PyArray2, PyArrayMethods};
 use pyo3::prelude::*;
 use rayon::prelude::*;
+use rigs::data::{in_f64, rows};
 use stereo_selfcal::batch::row_offset;
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 use stereo_selfcal::nalgebra::{Rotation3, Vector2, Vector3};

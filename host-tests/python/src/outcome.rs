@@ -4,10 +4,10 @@
 
 use std::collections::BTreeMap;
 
-use host_tests::data::in_f64;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyString, PyTuple, PyType};
+use rigs::data::in_f64;
 use stereo_selfcal::outcome::{self, LensEstimate, StandardDeviations};
 use stereo_selfcal::{Health as CoreHealth, PairReport, Proposal, Reasons};
 

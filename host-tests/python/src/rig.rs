@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use host_tests::data::{LensModel, Meta, WrongSign, in_f64};
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
-use selfcal_commands::conventions::Unknowns;
+use rigs::data::{LensModel, Meta, WrongSign, in_f64};
+use rigs::formats::Unknowns;
 use serde_json::{Value, json};
 use stereo_selfcal::nalgebra::Vector3;
 use stereo_selfcal::{Calibration as CoreCalibration, Cameras, Extrinsics};
@@ -119,7 +119,7 @@ impl Rig {
         let Some((Matrix(r), Triple(t))) = &self.factory else {
             return Ok(Extrinsics::SIDE_BY_SIDE);
         };
-        let (r, t) = (host_tests::data::matrix(r).map(T::lit), Vector3::from(t.map(T::lit)));
+        let (r, t) = (rigs::data::matrix(r).map(T::lit), Vector3::from(t.map(T::lit)));
         Extrinsics::try_new(&r, &t).map_err(raised("factory"))
     }
 
@@ -147,7 +147,7 @@ fn checked(r: &Given<'_>, t: &Given<'_>) -> PyResult<Pose> {
     let wrong = |t: Vec<f64>| value(format!("factory t: 3 numbers are expected, not {}", t.len()));
     let t = vector("factory t", t)?.try_into().map_err(wrong)?;
     WrongSign::check(&r, t).map_err(|why| value(format!("factory t: {why}")))?;
-    let found = Extrinsics::try_new(&host_tests::data::matrix(&r), &Vector3::from(t));
+    let found = Extrinsics::try_new(&rigs::data::matrix(&r), &Vector3::from(t));
     found.map(|found| pose(&found)).map_err(raised("factory"))
 }
 
@@ -162,7 +162,7 @@ pub(crate) fn read_rig(
     let read = || -> anyhow::Result<Rig> {
         anyhow::ensure!(!paths.is_empty(), "no path");
         let sizes = size.map(|size| [size.into(); 2]);
-        let meta = selfcal_commands::read_rig(&paths, Unknowns { sizes, unit_m, cameras: None })?;
+        let meta = rigs::read_rig(&paths, Unknowns { sizes, unit_m, cameras: None })?;
         let [[width, height], _] = meta.sizes();
         anyhow::ensure!(
             sizes.is_none_or(|sizes| sizes == meta.sizes()),

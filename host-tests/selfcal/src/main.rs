@@ -1,10 +1,18 @@
 //! `selfcal`: from images, bags or recorded matches to the calibrated rig.
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 
+mod args;
+mod commands;
+#[cfg(feature = "images")]
+mod images_page;
+#[cfg(feature = "images")]
+mod live;
+
 use std::process::ExitCode;
 
-use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::Parser;
+
+use commands::Command;
 
 /// Stereo self-calibration on a host: images, a recording or a generated scene in, the calibrated rig out.
 ///
@@ -13,13 +21,13 @@ use clap::{Parser, Subcommand};
 #[derive(Debug, Parser)]
 #[command(version)]
 #[cfg_attr(
-    feature = "full",
+    feature = "images",
     command(after_help = "Start with: selfcal images chess --knock 1 --report page")
 )]
 #[cfg_attr(
-    not(feature = "full"),
+    not(feature = "images"),
     command(
-        after_help = "Without the commands over images and those that make EVIDENCE.md: they need the feature `full`."
+        after_help = "Built without the commands over images: they need the feature `images`."
     )
 )]
 struct Cli {
@@ -27,30 +35,6 @@ struct Cli {
     command: Command,
 }
 
-#[derive(Debug, Subcommand)]
-enum Command {
-    #[cfg(feature = "full")]
-    #[command(flatten)]
-    Images(selfcal_images::Command),
-    #[command(flatten)]
-    Recorded(selfcal_commands::Command),
-    #[cfg(feature = "full")]
-    #[command(flatten)]
-    Evidence(selfcal_evidence::Command),
-}
-
-impl Command {
-    fn run(&self) -> Result<ExitCode> {
-        match self {
-            #[cfg(feature = "full")]
-            Self::Images(command) => command.run(),
-            Self::Recorded(command) => command.run().map(|()| ExitCode::SUCCESS),
-            #[cfg(feature = "full")]
-            Self::Evidence(command) => command.run().map(|()| ExitCode::SUCCESS),
-        }
-    }
-}
-
 fn main() -> ExitCode {
-    selfcal_commands::exit(Cli::parse().command.run())
+    sim::exit(Cli::parse().command.run())
 }

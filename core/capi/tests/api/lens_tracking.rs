@@ -1,7 +1,7 @@
 //! Compensation of lens errors: the functions use extrinsics with the cameras that they belong to.
 
-use host_tests::data::Dataset;
-use host_tests::synth::{LensErrors, Scene, rig};
+use rigs::data::Dataset;
+use sim::synth::{LensErrors, Scene, rig};
 use stereo_selfcal::{Config, LensTracking};
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::selfcal_fused_t::SELFCAL_FUSED_LENS_CORRECTED;

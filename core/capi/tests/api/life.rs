@@ -2,8 +2,8 @@
 
 use std::ptr;
 
-use host_tests::data::Dataset;
 use nalgebra::Matrix3;
+use rigs::data::Dataset;
 use stereo_selfcal::batch::Pushed;
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 use stereo_selfcal::paper::{Central, Settings};

@@ -2,9 +2,9 @@
 
 use std::mem::MaybeUninit;
 
-use host_tests::data::Dataset;
-use host_tests::wire::{Faults, FaultyWire, Sender};
 use proptest::prelude::*;
+use rigs::data::Dataset;
+use sim::wire::{Faults, FaultyWire, Sender};
 use stereo_selfcal::link::{Counters, Decoder};
 use stereo_selfcal::{Calibrator, Config, FactoryCalibration, State};
 use stereo_selfcal_capi::selfcal_error_t::*;

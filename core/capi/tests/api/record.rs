@@ -2,7 +2,7 @@
 
 use std::mem::MaybeUninit;
 
-use host_tests::data::Dataset;
+use rigs::data::Dataset;
 use stereo_selfcal::{Calibrator, Config, FactoryCalibration};
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::selfcal_state_t::*;

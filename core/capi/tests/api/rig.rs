@@ -3,7 +3,7 @@
 use std::mem::MaybeUninit;
 use std::ptr;
 
-use host_tests::data::Dataset;
+use rigs::data::Dataset;
 use stereo_selfcal::{Cameras, Correspondence, FactoryCalibration};
 use stereo_selfcal_capi::selfcal_error_t::{SELFCAL_ERROR_UNKNOWN, SELFCAL_OK};
 use stereo_selfcal_capi::*;
@@ -151,7 +151,7 @@ pub(crate) fn pair(
     set: &Dataset,
     index: usize,
 ) -> (Vec<selfcal_correspondence_t>, Vec<Correspondence<f32>>) {
-    let rust = set.pairs[index].iter().map(host_tests::data::Match::correspondence::<f32>);
+    let rust = set.pairs[index].iter().map(rigs::data::Match::correspondence::<f32>);
     let c = rust.clone().map(|m| selfcal_correspondence_t {
         left_px: m.left,
         right_px: m.right,

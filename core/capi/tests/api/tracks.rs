@@ -3,8 +3,8 @@
 use std::mem::MaybeUninit;
 use std::ptr::null_mut;
 
-use host_tests::data::Match;
-use host_tests::wire::Sender;
+use rigs::data::Match;
+use sim::wire::Sender;
 use stereo_selfcal::Config;
 use stereo_selfcal::depth::Tracks;
 use stereo_selfcal::link::{Decoder, MatchRecord, Tracking};

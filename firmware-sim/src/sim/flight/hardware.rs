@@ -6,10 +6,10 @@ use std::time::Duration;
 
 use anyhow::{Result, anyhow};
 use embedded_storage::nor_flash::{ErrorType, NorFlash, ReadNorFlash};
-use host_tests::data::Match;
-use host_tests::wire::{Faults, FaultyWire, Sender};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
+use rigs::data::Match;
+use sim::wire::{Faults, FaultyWire, Sender};
 use stereo_selfcal::link::FpgaMatcher;
 use stereo_selfcal::store::{SavePolicy, Store};
 use test_support::flash::{Fault, Flash, TEARS};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use host_tests::wire::counted;
+use sim::wire::counted;
 use stereo_selfcal::link::Counters;
 use stereo_selfcal::store::{SaveReason, StoreError};
 use stereo_selfcal::{RestoreError, State};

@@ -5,8 +5,8 @@ use std::io::Write;
 
 use anyhow::Result;
 use firmware_sim::Controller;
-use host_tests::run::Verdict;
-use host_tests::synth::Scenario;
+use sim::run::Verdict;
+use sim::synth::Scenario;
 use stereo_selfcal::{Band, Fused, Health, Proposal, Reasons, RestoreError, State};
 
 use super::super::args::FlightArgs;

@@ -9,13 +9,14 @@ use std::io::Write;
 
 use anyhow::{Result, ensure};
 use firmware_sim::{App, Controller, PairOutcome};
-use host_tests::data::tracked::Track;
-use host_tests::data::{Match, in_f64, ranges};
-use host_tests::run::{Verdict, progress, timeline};
-use host_tests::synth::{
+use page::run::timeline;
+use rigs::data::tracked::Track;
+use rigs::data::{Match, in_f64, ranges};
+use sim::run::{Verdict, progress};
+use sim::synth::{
     Disturbance, Motion, Rangefinder, Scenario, ScenarioKind, ScenarioPair, Scene, Witnesses, rig,
 };
-use host_tests::wire::Sender;
+use sim::wire::Sender;
 use stereo_selfcal::depth::{Tracks, Witnessed};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use host_tests::run::Verdict;
+use sim::run::Verdict;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Fused, State};
 

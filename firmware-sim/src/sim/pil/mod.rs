@@ -13,9 +13,9 @@ use std::time::Duration;
 use anyhow::{Context, Result, ensure};
 use firmware_sim::pil::{EndReply, PairReply, SessionRequest};
 use firmware_sim::{App, CAPACITY};
-use host_tests::data::Dataset;
-use host_tests::run::progress;
-use host_tests::wire::Sender;
+use rigs::data::Dataset;
+use sim::run::progress;
+use sim::wire::Sender;
 
 use super::args::PilArgs;
 use super::polling::{driver, poll_pair};

@@ -121,7 +121,7 @@ fn receive<A: FromBytes + IntoBytes>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_tests::data::Dataset;
+    use rigs::data::Dataset;
 
     /// Replies from a script; after its end the line is silent or closed.
     struct Script {

@@ -4,8 +4,8 @@ use std::io::Write;
 
 use anyhow::Result;
 use firmware_sim::Controller;
-use host_tests::data::{Dataset, in_f64};
-use host_tests::run::{RunLog, Step};
+use rigs::data::{Dataset, in_f64};
+use sim::run::{RunLog, Step};
 
 use super::super::polling::ProcessedPair;
 use super::compare::Difference;

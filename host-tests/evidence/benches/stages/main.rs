@@ -1,16 +1,16 @@
 //! Time of each stage on this host, `f32`, 256 matches of a near scene, 30 % of them wrong.
 //!
 //! ```sh
-//! cargo bench -p selfcal-evidence --bench stages
+//! cargo bench -p evidence --bench stages
 //! ```
 
 use std::hint::black_box;
 use std::time::Instant;
 
-use host_tests::data::{Dataset, Match};
-use host_tests::stats::median;
-use host_tests::synth::{ScenarioKind, Scene, five_degrees_off};
-use host_tests::wire::Sender;
+use rigs::data::{Dataset, Match};
+use sim::stats::median;
+use sim::synth::{ScenarioKind, Scene, five_degrees_off};
+use sim::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
 use stereo_selfcal::{Calibrator, Config, Correspondence, FactoryCalibration};
 

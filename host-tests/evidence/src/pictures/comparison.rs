@@ -1,11 +1,11 @@
 //! One pair rectified by different extrinsics, and the disparities that a dense matcher then finds.
 
+use crate::rivals::{Bundle, Front, Setting, Tuning, Variant};
 use anyhow::{Context, Result};
-use host_tests::data::{Match, Rays};
-use host_tests::run::replay;
+use images::pictures::{Rectification, StereoImages, share};
 use rayon::prelude::*;
-use rivals::{Bundle, Front, Setting, Tuning, Variant};
-use selfcal_pictures::{Rectification, StereoImages, share};
+use rigs::data::{Match, Rays};
+use sim::run::replay;
 use stereo_selfcal::{Cameras, Config, Extrinsics};
 
 use super::scene::PicturedScene;
@@ -40,7 +40,7 @@ pub struct Scores {
 /// scene; each rectifies the images.
 ///
 /// Each chooses a camera in which both cameras see every rectified pixel (alpha 0). The matches shown and measured are
-/// those that the robust preset keeps within [`SCREEN_PX`](host_tests::run::SCREEN_PX).
+/// those that the robust preset keeps within [`SCREEN_PX`](sim::run::SCREEN_PX).
 ///
 /// # Errors
 /// If the robust preset gives no estimate to measure with, no match is in row under it, or the scene's cameras are not

@@ -2,9 +2,9 @@
 
 use anyhow::Result;
 
-use host_tests::run::SCREEN_PX;
-use selfcal_commands::report::{Csv, Figure, Picture};
-use selfcal_pictures::{Rectification, disparity_picture, missing_picture, pair_picture};
+use images::pictures::{Rectification, disparity_picture, missing_picture, pair_picture};
+use page::report::{Csv, Figure, Picture};
+use sim::run::SCREEN_PX;
 
 use super::comparison::{Attempt, Scores, WRONG_PX, comparison};
 use super::scene::PicturedScene;

@@ -1,7 +1,7 @@
 //! The picture of the README: a knocked pair before and after calibration.
 
 use anyhow::{Context, Result, anyhow};
-use selfcal_pictures::before_and_after;
+use images::pictures::before_and_after;
 
 use super::comparison::{Attempt, Scores, comparison};
 use super::scene::PicturedScene;

@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 use stereo_selfcal::Camera;
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 
-use host_tests::data::{Dataset, TurnedView};
-use selfcal_pictures::{Grey, projected, ray_of, turned};
+use images::pictures::{Grey, projected, ray_of, turned};
+use rigs::data::{Dataset, TurnedView};
 
 /// Disparity steps a pixel in the published file.
 const STEPS_PER_PX: f64 = 4.0;
@@ -96,7 +96,7 @@ impl PicturedScene {
     ///
     /// # Errors
     /// If the set has no such pair.
-    pub fn matches(&self) -> Result<&[host_tests::data::Match]> {
+    pub fn matches(&self) -> Result<&[rigs::data::Match]> {
         let pair = self.set.pairs.get(self.pair).context("the set has no such pair")?;
         Ok(pair)
     }

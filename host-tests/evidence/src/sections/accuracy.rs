@@ -4,8 +4,8 @@ use super::labels::{self, label};
 use crate::findings::Findings;
 use crate::on_recorded::{ErrorPair, Errors, Quantity, Row, error_pair};
 use crate::verdict::{self, OURS};
-use host_tests::chart::curves::{self, Bars};
-use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
+use page::chart::curves::{self, Bars};
+use page::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Every method at its best, cell by cell");

@@ -6,10 +6,10 @@ use super::curves::rms;
 use super::labels::{self, named};
 use crate::findings::Findings;
 use crate::on_recorded::{ErrorPair, Quantity};
+use crate::rivals::{Tuning, Variant};
 use crate::sweep::{Sweep, SweepAxis};
 use crate::verdict::{self, OURS, Outcome, mean_ratio};
-use rivals::{Tuning, Variant};
-use selfcal_commands::report::{Cell, Section, Table};
+use page::report::{Cell, Section, Table};
 
 type Judged<'a> = verdict::Cell<'a>;
 

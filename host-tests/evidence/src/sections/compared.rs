@@ -3,8 +3,8 @@
 use super::labels::label;
 use crate::findings::Findings;
 use crate::recorded_sets::RecordedSet;
-use rivals::Variant;
-use selfcal_commands::report::{Cell, Section, Table};
+use crate::rivals::Variant;
+use page::report::{Cell, Section, Table};
 
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("Methods and data");

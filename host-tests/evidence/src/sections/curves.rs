@@ -5,9 +5,9 @@ use crate::findings::Findings;
 use crate::measurement::Measured;
 use crate::sweep::{Sweep, SweepAxis, Trial};
 use crate::verdict::{self, OURS};
-use host_tests::chart::curves::{self, Curve, Line, Scale};
-use host_tests::stats;
-use selfcal_commands::report::{Csv, Entry, Figure, Mark, Picture, Section};
+use page::chart::curves::{self, Curve, Line, Scale};
+use page::report::{Csv, Entry, Figure, Mark, Picture, Section};
+use sim::stats;
 
 /// Axis and caption of the figures of a sweep.
 struct Words {

@@ -3,12 +3,12 @@
 use super::labels::named;
 use crate::findings::Findings;
 use crate::on_recorded::ErrorPair;
+use crate::rivals::Variant;
 use crate::step_response::{PAIRS, StepResponse, TURN_DEG};
 use crate::verdict::OURS;
-use host_tests::chart::curves::{self, Curve, Line, Scale};
-use host_tests::stats::geometric_mean;
-use rivals::Variant;
-use selfcal_commands::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
+use page::chart::curves::{self, Curve, Line, Scale};
+use page::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
+use sim::stats::geometric_mean;
 
 /// The first pair of the turned rig.
 const FIRST: usize = PAIRS / 2;

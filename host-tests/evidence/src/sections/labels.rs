@@ -1,7 +1,7 @@
 //! Names of methods and views.
 
 use crate::on_recorded::Row;
-use rivals::Variant;
+use crate::rivals::Variant;
 
 /// A method in a legend or a heading.
 pub(super) fn label(method: &str) -> String {

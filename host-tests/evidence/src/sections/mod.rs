@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 use super::measurement::MeasurementCounts;
 use crate::findings::Findings;
-use selfcal_commands::report::{Cell, Section, Table};
+use page::report::{Cell, Section, Table};
 
 /// All sections, in the order of the page.
 pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Section> {

@@ -7,9 +7,9 @@ use super::labels::label;
 use crate::findings::Findings;
 use crate::pictures::{PicturedScene, disparity_figures};
 use crate::recorded_sets::SetView;
-use rivals::by_name;
-use selfcal_commands::report::{Figure, Section};
-use selfcal_commands::run_page::{Estimates, sphere_figure};
+use crate::rivals::by_name;
+use page::report::{Figure, Section};
+use page::run::{Estimates, sphere_figure};
 
 /// Data set and view of the spheres, which has enough pairs and outliers.
 const SPHERES: [&str; 2] = ["opencv_chess_sift", "top"];

@@ -5,9 +5,9 @@ use super::published::comparable;
 use crate::findings::Findings;
 use crate::on_recorded::{Quantity, Row, error_pair};
 use crate::recorded_sets::TURN_DEG;
+use crate::rivals::{Tuning, Variant};
 use crate::verdict;
-use rivals::{Tuning, Variant};
-use selfcal_commands::report::{Cell, Section, Table};
+use page::report::{Cell, Section, Table};
 
 const FUSED: [Quantity; 2] = [Quantity::ErrorT, Quantity::ErrorTheta];
 

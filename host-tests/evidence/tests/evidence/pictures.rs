@@ -1,16 +1,16 @@
 //! Warps, disparities and spheres against known scenes.
 
-use host_tests::stats::{median, quantile};
-use host_tests::synth::rig;
-use nalgebra::Matrix3;
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use selfcal_commands::report::Picture;
-use selfcal_commands::run_page::{Estimates, sphere_figure};
-use selfcal_evidence::pictures::{KNOCKED, PicturedScene, comparison, knocked};
-use selfcal_pictures::{
+use evidence::pictures::{KNOCKED, PicturedScene, comparison, knocked};
+use images::pictures::{
     Disparities, Grey, Rectification, disparity_picture, pair_picture, turned, warp,
 };
+use nalgebra::Matrix3;
+use page::report::Picture;
+use page::run::{Estimates, sphere_figure};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use sim::stats::{median, quantile};
+use sim::synth::rig;
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 
 const SIZE: [u16; 2] = [160, 90];
@@ -114,12 +114,12 @@ fn rows_of_a_turned_pair_align_and_its_disparities_are_found_after_calibration_o
 #[test]
 fn the_command_makes_the_picture_of_the_readme() {
     let drawn = image::load_from_memory(&knocked(KNOCKED).unwrap().jpeg).unwrap().into_rgb8();
-    let kept = image::load_from_memory(include_bytes!("../../../pictures/knocked.jpg"));
+    let kept = image::load_from_memory(include_bytes!("../../knocked.jpg"));
     let kept = kept.unwrap().into_rgb8();
     assert_eq!(drawn.dimensions(), kept.dimensions());
     let apart: u64 = drawn.iter().zip(kept.iter()).map(|(a, b)| u64::from(a.abs_diff(*b))).sum();
     let values = u64::try_from(drawn.len()).unwrap();
-    let advice = "cargo selfcal picture --out host-tests/pictures/knocked.jpg";
+    let advice = "cargo evidence picture --out host-tests/evidence/knocked.jpg";
     assert!(apart < values, "the picture has changed: {advice}");
 }
 

@@ -5,8 +5,8 @@
 //! focal length is resampled to the shorter focal length. Matches are mapped back to the original pictures.
 
 use anyhow::Result;
-use host_tests::data::{Match, Meta, QuarterTurns};
 use image::metadata::Orientation;
+use rigs::data::{Match, Meta, QuarterTurns};
 
 use crate::picture::Picture;
 use crate::resized::{self, Change};
@@ -81,8 +81,8 @@ impl Alike {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use host_tests::data::{Dataset, matrix, rows};
     use nalgebra::{Matrix3, Vector3};
+    use rigs::data::{Dataset, matrix, rows};
 
     fn rolled(degrees: f64) -> Meta {
         let mut meta = Dataset::find_meta("opencv_chess_sift".as_ref()).unwrap();

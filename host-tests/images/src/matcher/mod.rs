@@ -13,9 +13,9 @@ mod search;
 mod smooth;
 
 use anyhow::Result;
-use host_tests::data::{Match, Meta};
 use kornia_image::{Image, ImageSize};
 use kornia_imgproc::pyramid::pyrdown_u8;
+use rigs::data::{Match, Meta};
 use stereo_selfcal::batch::row_offset;
 use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration};
@@ -294,7 +294,7 @@ impl Matcher {
 }
 
 /// The image and its repeated halvings, at most [`HALVINGS`], while the shorter side holds four windows.
-pub(crate) fn halved(picture: &Picture) -> Result<Halved> {
+pub fn halved(picture: &Picture) -> Result<Halved> {
     let mut levels = vec![picture.clone()];
     while levels.len() <= HALVINGS {
         let image = levels[levels.len() - 1].image();

@@ -4,8 +4,8 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use host_tests::data::Meta;
-use selfcal_commands::conventions::{Files, Unknowns, rig_of, rig_of_rectified};
+use rigs::data::Meta;
+use rigs::formats::{Files, Unknowns, rig_of, rig_of_rectified};
 
 use super::message::{CameraInfo, Encoding, ImageMessage, camera_info};
 use super::partners::{Partner, Partners};

@@ -14,8 +14,8 @@ use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use host_tests::data::Meta;
 use image::metadata::Orientation;
+use rigs::data::Meta;
 
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
@@ -203,7 +203,7 @@ impl Source {
             let found = PairedFiles { pairs: images.files(), ..PairedFiles::default() };
             let rig = RigOf::Read(Box::new(images.sift()?.meta));
             let kind = Kind::Files { found, side_by_side: false };
-            return Ok(Self::new(images.name().into(), rig, kind, tolerance_s));
+            return Ok(Self::new(images.to_string(), rig, kind, tolerance_s));
         }
         let extension = place.extension().and_then(|e| e.to_str()).unwrap_or_default();
         let is_pattern = place.to_str().is_some_and(|text| text.contains('*'));
@@ -211,7 +211,7 @@ impl Source {
             place.exists() || is_pattern,
             "{} does not exist, and is not one of the shipped images ({})",
             place.display(),
-            ShippedImages::ALL.map(ShippedImages::name).join(", ")
+            ShippedImages::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
         );
         let file = place.to_path_buf();
         let name = place.display().to_string();

@@ -3,11 +3,11 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use host_tests::data::Dataset;
-use host_tests::wire::FrameReader;
 use image::GrayImage;
-use selfcal_commands::conventions::{Unknowns, import};
+use rigs::data::Dataset;
+use rigs::formats::{Unknowns, import};
 use serde_json::Value;
+use sim::wire::FrameReader;
 
 use test_support::Ended;
 

@@ -4,7 +4,7 @@
 use std::io::{BufRead, BufReader, Read};
 use std::process::{Command, Stdio};
 
-use host_tests::data::Dataset;
+use rigs::data::Dataset;
 
 use crate::call::PATH;
 use crate::images::scene::{FOCAL, folders, small};

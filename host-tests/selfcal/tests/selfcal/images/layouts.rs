@@ -3,8 +3,8 @@
 use std::fs;
 use std::path::Path;
 
-use host_tests::data::{Dataset, Match};
 use image::{ImageBuffer, Luma};
+use rigs::data::{Dataset, Match};
 
 use crate::call::{check, run};
 use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, save, small};

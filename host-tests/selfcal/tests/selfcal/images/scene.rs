@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use host_tests::data::{Dataset, TurnedView};
 use image::{GrayImage, ImageFormat};
-use selfcal_pictures::{Grey, turned};
+use images::pictures::{Grey, turned};
+use rigs::data::{Dataset, TurnedView};
 use stereo_selfcal::{Camera, Intrinsics, Lens};
 
 /// Size of the small scene, px.

@@ -1,0 +1,6 @@
+//! Any flash, any sequence of operations: `.ci/fuzz 60 store`.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    fuzz::run_store(bytes);
+});

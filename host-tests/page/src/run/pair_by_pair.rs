@@ -1,0 +1,168 @@
+//! The run pair by pair: states, row offsets, errors and reported standard deviations.
+
+use super::replayed::Replayed;
+use super::states;
+use crate::chart::curves::{Curve, Line, Scale, curves};
+use crate::chart::palette::{Color, SERIES};
+use crate::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
+use sim::run::{Solved, Step};
+
+pub(super) fn section(replayed: &Replayed<'_>) -> Section {
+    let steps = replayed.log.steps();
+    let mut section = Section::new("Pair by pair");
+    let mut states_csv = Csv::new("states", &["pair", "state", "outcome"]);
+    for (i, step) in steps.iter().enumerate() {
+        let state = step.estimate.map(|e| e.to_string()).unwrap_or_default();
+        states_csv.push([i.to_string(), state, step.verdict.to_string()]);
+    }
+    section.figure(Figure {
+        panels: vec![(Picture::Svg(states::strip(steps)), "state after each pair".into())],
+        legend: states::legend(),
+        caption: "State of the calibrator after each pair. A cross: the pair was not fused.".into(),
+        command: replayed.command.to_owned(),
+        numbers: states_csv,
+    });
+    section.figure(health(replayed, steps));
+    section.table(table(replayed, steps));
+    section
+}
+
+/// One series over the pairs.
+struct Series {
+    name: &'static str,
+    color: Option<Color>,
+    line: Line,
+    of: fn(&Step) -> Option<f64>,
+}
+
+const OFFSETS: [Series; 2] = [
+    Series {
+        name: "row offset before, RMS, px",
+        color: Some(SERIES[7]),
+        line: Line::Thin,
+        of: |step| step.solved.map(|s| s.rms_px_before),
+    },
+    Series {
+        name: "row offset after, RMS, px",
+        color: Some(SERIES[2]),
+        line: Line::Broad,
+        of: |step| step.solved.map(|s| s.rms_px_after),
+    },
+];
+
+const ERRORS: [Series; 4] = [
+    Series {
+        name: "e_t of the estimate, mrad",
+        color: Some(SERIES[0]),
+        line: Line::Broad,
+        of: |step| step.running.map(|e| 1e3 * e.translation),
+    },
+    Series {
+        name: "sd of t, reported, mrad",
+        color: Some(SERIES[0]),
+        line: Line::Broken,
+        of: |step| step.estimate.map(|e| 1e3 * e.sd.translation),
+    },
+    Series {
+        name: "e_theta of the estimate, mrad",
+        color: Some(SERIES[1]),
+        line: Line::Broad,
+        of: |step| step.running.map(|e| 1e3 * e.rotation),
+    },
+    Series {
+        name: "sd of R, reported, mrad",
+        color: Some(SERIES[1]),
+        line: Line::Broken,
+        of: |step| step.estimate.map(|e| 1e3 * e.sd.rotation),
+    },
+];
+
+fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
+    let count = |i: usize| u32::try_from(i + 1).map_or(f64::NAN, f64::from);
+    let drawn = |title: &str, series: &[Series]| {
+        let curve = |series: &Series| Curve {
+            color: series.color,
+            line: series.line,
+            points: steps.iter().enumerate().map(|(i, s)| (count(i), (series.of)(s))).collect(),
+        };
+        let all: Vec<Curve> = series.iter().map(curve).collect();
+        curves(title, &Scale { name: "pairs so far".into(), log: false }, &all)
+    };
+    let all = || OFFSETS.iter().chain(&ERRORS);
+    let heading: Vec<&str> = ["pair"].into_iter().chain(all().map(|series| series.name)).collect();
+    let mut numbers = Csv::new("health", &heading);
+    for (i, step) in steps.iter().enumerate() {
+        let values = all().map(|series| (series.of)(step).map_or(String::new(), |x| x.to_string()));
+        numbers.push([i.to_string()].into_iter().chain(values));
+    }
+    let entry = |series: &Series| {
+        let mark = if series.line == Line::Broken { Mark::Dashes } else { Mark::Line };
+        Entry::new(mark, series.color, series.name)
+    };
+    Figure {
+        panels: vec![
+            (Picture::Svg(drawn("row offset, px", &OFFSETS)), "row offsets of each pair".into()),
+            (
+                Picture::Svg(drawn("error and reported sd, mrad", &ERRORS)),
+                "errors and reported standard deviations".into(),
+            ),
+        ],
+        legend: all().map(entry).collect(),
+        caption:
+            "Left: row offsets of the screened matches of each pair, at the start and at its own solution. \
+             Right: error of the running estimate against the reference, and its reported standard \
+             deviation."
+                .into(),
+        command: replayed.command.to_owned(),
+        numbers,
+    }
+}
+
+fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {
+    let heading = [
+        "pair",
+        "matches",
+        "offered",
+        "rows before, px",
+        "rows after, px",
+        "passes",
+        "pair alone: e_t, mrad",
+        "pair alone: e_theta, mrad",
+        "running e_t, mrad",
+        "running e_theta, mrad",
+        "sd t, mrad",
+        "sd R, mrad",
+        "state",
+        "outcome",
+    ];
+    let mut table = Table::new("pairs", heading.map(Into::into));
+    for (i, step) in steps.iter().enumerate() {
+        let number = |value: Option<f64>, decimals| {
+            let why = || Cell::missing("-", "not solved");
+            value.map_or_else(why, |value| Cell::number(value, decimals))
+        };
+        let solved = |of: fn(&Solved) -> f64| number(step.solved.as_ref().map(of), 3);
+        let estimate = step.estimate.as_ref();
+        table.push(vec![
+            Cell::count(i),
+            Cell::count(step.taken),
+            Cell::count(step.offered),
+            solved(|s| s.rms_px_before),
+            solved(|s| s.rms_px_after),
+            number(step.solved.map(|s| f64::from(s.passes)), 0),
+            number(step.pair_error().map(|e| 1e3 * e.translation), 3),
+            number(step.pair_error().map(|e| 1e3 * e.rotation), 3),
+            number(step.running.map(|e| 1e3 * e.translation), 3),
+            number(step.running.map(|e| 1e3 * e.rotation), 3),
+            number(estimate.map(|e| 1e3 * e.sd.translation), 3),
+            number(estimate.map(|e| 1e3 * e.sd.rotation), 3),
+            Cell::text(estimate.map(ToString::to_string).unwrap_or_default()),
+            Cell::text(step.verdict.to_string()),
+        ]);
+    }
+    table.explained(
+        "Every pair: its matches, rows and passes in the run, its errors when solved alone, and the running \
+         estimate after it.",
+        replayed.command,
+    )
+}

@@ -1,0 +1,214 @@
+//! OpenCV's `FileStorage`, as the sample `stereo_calib.cpp` writes it in YAML, XML or JSON, and the same matrices as
+//! plain lists under common names.
+//!
+//! `x_2 = R x_1 + T` with the left camera first (`cv::stereoCalibrate`): our convention except for the length of `T`.
+//! Image size and `fisheye_model` are the keys of the sample `camera_calibration.cpp`. Without `R` the rectification
+//! `R1 R2 P2` has the extrinsics, as in ROS.
+
+use std::fmt::Write;
+
+use anyhow::{Result, bail, ensure};
+
+use super::node::Value;
+use super::number::list as numbers;
+use super::rectified::Rectified;
+use super::rig::{self, LENS_YAW, NO_SCALE, Pose, Unknowns, View};
+use super::rigid::Rigid;
+use super::{Document, Files, scale};
+use crate::data::{LensModel, Meta};
+
+/// Keys of `stereo_calib.cpp` that tell its format.
+pub(super) const KEYS: [&str; 4] = ["M1", "M2", "R", "T"];
+
+/// Keys that tell the format of plain lists: names of the left camera matrix.
+pub(super) const LISTS: [&str; 5] = ["K1", "cameraMatrix1", "camera_matrix_left", "K_left", "K_l"];
+
+/// Names of the camera matrices, left and right.
+const K: [&[&str]; 2] = [
+    &[
+        "M1",
+        "K1",
+        "cameraMatrix1",
+        "camera_matrix_1",
+        "camera_matrix1",
+        "camera_matrix_left",
+        "left_camera_matrix",
+        "K_left",
+        "K_l",
+        "KL",
+        "Kl",
+        "mtxL",
+        "mtx_l",
+        "M_left",
+    ],
+    &[
+        "M2",
+        "K2",
+        "cameraMatrix2",
+        "camera_matrix_2",
+        "camera_matrix2",
+        "camera_matrix_right",
+        "right_camera_matrix",
+        "K_right",
+        "K_r",
+        "KR",
+        "Kr",
+        "mtxR",
+        "mtx_r",
+        "M_right",
+    ],
+];
+
+/// Names of the lens coefficients, left and right.
+const D: [&[&str]; 2] = [
+    &[
+        "D1",
+        "distCoeffs1",
+        "dist_coeffs_1",
+        "dist_coeffs1",
+        "distCoeffsLeft",
+        "dist_coeffs_left",
+        "distortion_left",
+        "dist_left",
+        "D_left",
+        "D_l",
+        "DL",
+        "Dl",
+        "dist_l",
+        "distL",
+    ],
+    &[
+        "D2",
+        "distCoeffs2",
+        "dist_coeffs_2",
+        "dist_coeffs2",
+        "distCoeffsRight",
+        "dist_coeffs_right",
+        "distortion_right",
+        "dist_right",
+        "D_right",
+        "D_r",
+        "DR",
+        "Dr",
+        "dist_r",
+        "distR",
+    ],
+];
+
+const R: &[&str] = &["R", "rotation", "rotation_matrix"];
+const T: &[&str] = &["T", "t", "translation", "translation_vector"];
+
+/// Keys of the width of the images, left and right: the right images may have a key of their own.
+const WIDTH: [&[&str]; 2] = [&["image_width", "width"], &["image_width_2", "image_width", "width"]];
+const HEIGHT: [&[&str]; 2] =
+    [&["image_height", "height"], &["image_height_2", "image_height", "height"]];
+const SIZE: &[&str] = &["image_size", "imageSize", "size", "img_size", "resolution"];
+
+fn pose(files: &Files) -> Result<Pose> {
+    if let (None, Some(right)) = (files.get(R), files.get(&["R2"])) {
+        return of_rectification(files, &right);
+    }
+    let r = rig::rotation(&files.find(R, "R (3 x 3)")?)?;
+    let t = files.find(T, "T (3 x 1)")?;
+    let rigid = Rigid { r, t: t.array::<3>("T (3 x 1)")?.into() };
+    Pose::of(&rigid, t.place())
+}
+
+/// `R` and `T` of the rectification `R1 R2 P2`, if `R` is missing.
+fn of_rectification(files: &Files, right: &Value) -> Result<Pose> {
+    let r = [rig::rotation(&files.find(&["R1"], "R1 (3 x 3)")?)?, rig::rotation(right)?];
+    let p = files.find(&["P2"], "P2 (3 x 4), or R and T")?;
+    let [fx, _, _, x, _, fy, _, y, ..] = p.shaped::<12>(3, 4)?;
+    ensure!(fx > 0.0 && fy > 0.0, p.refuse("expected fx and fy above 0"));
+    Pose::of(&rig::of_rectification([&r[0], &r[1]], [-x / fx, -y / fy]), p.place())
+}
+
+/// `R` and `T` of files without cameras; `None` for other files.
+pub(super) fn pose_alone(files: &Files) -> Option<Result<Pose>> {
+    let alone =
+        files.get(K[0]).is_none() && files.get(&["R"]).is_some() && files.get(&["T"]).is_some();
+    alone.then(|| pose(files))
+}
+
+/// The whole rig.
+pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    let is_fisheye = files
+        .get(&["fisheye_model"])
+        .is_some_and(|value| !matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no"));
+    let lens = match files.get(&["distortion_model"]) {
+        _ if is_fisheye => LensModel::Fisheye,
+        model => rig::lens_of(model.as_ref())?,
+    };
+    let size = |side: usize| -> Result<[u16; 2]> {
+        let own = match (files.get(WIDTH[side]), files.get(HEIGHT[side]), files.get(SIZE)) {
+            (Some(width), Some(height), _) => Some([width.count()?, height.count()?]),
+            (_, _, Some(both)) => Some(both.size()?),
+            _ => None,
+        };
+        unknowns.size(side, own, &format!("{files}: no image_width and image_height"))
+    };
+    let view = |side: usize| -> Result<View> {
+        let k = rig::intrinsics(&files.find(K[side], "a camera matrix (3 x 3)")?)?;
+        let d = files.find(D[side], "lens coefficients (1 x 5)")?;
+        View::of(k, lens, Some(&d), size(side)?)
+    };
+    let pose = pose(files)?.in_unit(unknowns.unit_m)?;
+    rig::meta([view(0)?, view(1)?], &pose, format!("OpenCV: {files}"))
+}
+
+/// `intrinsics.yml` and `extrinsics.yml`.
+pub(super) fn write(meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>> {
+    let rectified = Rectified::of(meta, field_deg)?;
+    let (lenses, sizes) = (meta.lenses(), meta.sizes());
+    let fisheyes = lenses.map(|lens| lens == LensModel::Fisheye);
+    if fisheyes[0] != fisheyes[1] {
+        bail!(
+            "one camera is a fisheye and the other is not, which a file of OpenCV cannot express: use kalibr or ros"
+        );
+    }
+    let mut intrinsics = String::from("%YAML:1.0\n---\n");
+    let [width, height] = sizes[0];
+    writeln!(intrinsics, "image_width: {width}\nimage_height: {height}")?;
+    if sizes[0] != sizes[1] {
+        let [width, height] = sizes[1];
+        writeln!(intrinsics, "image_width_2: {width}\nimage_height_2: {height}")?;
+    }
+    writeln!(intrinsics, "fisheye_model: {}", u8::from(fisheyes[0]))?;
+    for (m, k, d, dist) in
+        [("M1", &meta.k_l, "D1", &meta.dist_l), ("M2", &meta.k_r, "D2", &meta.dist_r)]
+    {
+        intrinsics.push_str(&mat(m, 3, &k.concat()));
+        intrinsics.push_str(&mat(d, dist.len(), dist));
+    }
+    let mut extrinsics = String::from("%YAML:1.0\n---\n");
+    extrinsics.push_str("# x_2 = R x_1 + T, the left camera is the first; T in metres.\n");
+    if meta.baseline_m.is_none() {
+        extrinsics.push_str(NO_SCALE);
+    }
+    let [r1, r2] = rectified.rotations;
+    let [p1, p2] = rectified.projections;
+    extrinsics.push_str(&mat("R", 3, &meta.r.concat()));
+    extrinsics.push_str(&mat("T", 1, &scale::scaled(meta.t, meta.baseline_m)));
+    extrinsics.push_str(&mat("R1", 3, &r1.concat()));
+    extrinsics.push_str(&mat("R2", 3, &r2.concat()));
+    extrinsics.push_str(&mat("P1", 4, &p1));
+    extrinsics.push_str(&mat("P2", 4, &p2));
+    extrinsics.push_str(&mat("Q", 4, &rectified.reprojection));
+    if let Some(a) = meta.lens_yaw() {
+        writeln!(extrinsics, "{LENS_YAW}lens_yaw: {a:?}")?;
+    }
+    Ok(vec![
+        Document { name: "intrinsics.yml", text: intrinsics },
+        Document { name: "extrinsics.yml", text: extrinsics },
+    ])
+}
+
+/// A matrix of `cols` columns.
+fn mat(name: &str, cols: usize, all: &[f64]) -> String {
+    let rows = all.len() / cols;
+    let lines: Vec<String> = all.chunks(cols).map(numbers).collect();
+    let data = lines.join(",\n       ");
+    format!(
+        "{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {cols}\n   dt: d\n   data: [ {data} ]\n"
+    )
+}

@@ -1,0 +1,273 @@
+//! The common part of the formats: two cameras, the pose between them, and their checks.
+
+use anyhow::{Context, Result, anyhow, ensure};
+use nalgebra::{Matrix3, Rotation3, Vector3};
+use stereo_selfcal::Extrinsics;
+
+use super::node::Value;
+use super::rigid::Rigid;
+use super::scale;
+use crate::data::{LensModel, Meta, Rows, WrongSign, matrix, rows};
+
+/// Number of coefficients of a rational lens.
+const RATIONAL: usize = 8;
+
+/// Values that files may lack.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Unknowns {
+    /// Width and height of the left and the right images, px: OpenCV's `stereo_calib.cpp` does not write them.
+    pub sizes: Option<[[u16; 2]; 2]>,
+    /// Length of the unit of `T`, m: the unit of the calibration board.
+    pub unit_m: f64,
+    /// Numbers of the left and right camera in a file with more than two.
+    pub cameras: Option<[u8; 2]>,
+}
+
+impl Default for Unknowns {
+    fn default() -> Self {
+        Self { sizes: None, unit_m: 1.0, cameras: None }
+    }
+}
+
+impl Unknowns {
+    /// The numbers of the left and the right camera; `usual` by default.
+    pub(super) fn cameras_or(self, usual: [u8; 2]) -> [u8; 2] {
+        self.cameras.unwrap_or(usual)
+    }
+
+    /// The size of a side's images, from the file or from the arguments.
+    pub(super) fn size(self, side: usize, own: Option<[u16; 2]>, place: &str) -> Result<[u16; 2]> {
+        own.or(self.sizes.map(|sizes| sizes[side])).with_context(|| {
+            format!("{place}: the file lacks the size of the images: give it (--size W,H)")
+        })
+    }
+}
+
+/// One camera of a rig.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct View {
+    /// Camera matrix, px.
+    pub(super) k: Rows,
+    /// Lens model.
+    pub(super) lens: LensModel,
+    /// Its coefficients, OpenCV's order.
+    pub(super) dist: Vec<f64>,
+    /// Width and height, px.
+    pub(super) size: [u16; 2],
+}
+
+impl View {
+    /// A camera without distortion.
+    pub(super) fn pinhole(k: Rows, size: [u16; 2]) -> Self {
+        Self { k, lens: LensModel::RadialTangential, dist: vec![0.0; 5], size }
+    }
+
+    /// A camera with the given coefficients; eight of them make the lens rational.
+    ///
+    /// * `given`: the coefficients; `None` if the file has no such key.
+    pub(super) fn of(
+        k: Rows,
+        lens: LensModel,
+        given: Option<&Value>,
+        size: [u16; 2],
+    ) -> Result<Self> {
+        let Some(given) = given else { return Self::with(k, lens, &[], size) };
+        Self::with(k, lens, &given.numbers()?, size).map_err(|why| given.refuse(why))
+    }
+
+    /// As [`Self::of`], from numbers. The error does not name file and key.
+    pub(super) fn with(k: Rows, lens: LensModel, given: &[f64], size: [u16; 2]) -> Result<Self> {
+        let dist = coefficients(lens, given)?;
+        let lens = if dist.len() == RATIONAL { LensModel::Rational } else { lens };
+        Ok(Self { k, lens, dist, size })
+    }
+}
+
+/// The camera matrix of 3 x 3 numbers, or of `fx fy cx cy`.
+pub(super) fn intrinsics(value: &Value) -> Result<Rows> {
+    let numbers = value.numbers()?;
+    let k = match *numbers.as_slice() {
+        [fx, fy, cx, cy] => camera_matrix([fx, fy, cx, cy]),
+        _ => value.square()?,
+    };
+    crate::data::check_camera_matrix(&k).map_err(|why| value.refuse(why))?;
+    Ok(k)
+}
+
+/// The lens of ROS and OpenCV by its name. The number of coefficients, five or eight, tells a radial-tangential lens
+/// from a rational one.
+pub(super) fn lens_of(model: Option<&Value>) -> Result<LensModel> {
+    let name = model.map(Value::text).unwrap_or_default().to_lowercase().replace('-', "_");
+    match (name.trim(), model) {
+        ("equidistant" | "fisheye" | "kannala_brandt" | "kannala_brandt4", _) => {
+            Ok(LensModel::Fisheye)
+        }
+        (
+            "plumb_bob"
+            | "rational_polynomial"
+            | "rational"
+            | "radtan"
+            | "radial_tangential"
+            | "brown_conrady"
+            | "pinhole"
+            | "none"
+            | "",
+            _,
+        )
+        | (_, None) => Ok(LensModel::RadialTangential),
+        (_, Some(model)) => Err(model.refuse(
+            "expected plumb_bob, rational_polynomial or equidistant: calibrate with one of them",
+        )),
+    }
+}
+
+/// `R` and `b t` of two rectifying rotations.
+///
+/// * `[x, y]`: position of the right camera along the first and the second axis of the rectified frame; `b t` is in its
+///   unit.
+pub(super) fn of_rectification([r_l, r_r]: [&Matrix3<f64>; 2], [x, y]: [f64; 2]) -> Rigid {
+    let t = -(r_r.row(0).transpose() * x + r_r.row(1).transpose() * y);
+    Rigid { r: r_r.transpose() * r_l, t }
+}
+
+/// A rotation of 3 x 3 numbers, or of 3: its axis times its angle, rad.
+pub(super) fn rotation(value: &Value) -> Result<Matrix3<f64>> {
+    let r = match *value.numbers()?.as_slice() {
+        [x, y, z] => *Rotation3::new(Vector3::new(x, y, z)).matrix(),
+        _ => matrix(&value.square()?),
+    };
+    Rigid { r, ..Rigid::NONE }.check().map_err(|why| value.refuse(why))?;
+    Ok(r)
+}
+
+/// `p_r = R p_l + b t`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Pose {
+    pub(super) r: Rows,
+    /// Unit length.
+    pub(super) t: [f64; 3],
+    /// `None` if unknown.
+    pub(super) baseline_m: Option<f64>,
+}
+
+impl Pose {
+    /// The pose of `R` and `T = b t`. `place`: file and key of both, for errors.
+    pub(super) fn of(rigid: &Rigid, place: &str) -> Result<Self> {
+        let read = || -> Result<Self> {
+            let (t, baseline_m) = scale::split(rigid.t.into())?;
+            let pose = Self { r: rows(&rigid.r), t, baseline_m };
+            pose.extrinsics()?;
+            Ok(pose)
+        };
+        read().with_context(|| place.to_owned())
+    }
+
+    /// The pose with its baseline converted to metres from units of `unit_m` metres. A length of 1 means an unknown
+    /// baseline only in metres.
+    pub(super) fn in_unit(mut self, unit_m: f64) -> Result<Self> {
+        ensure!(
+            unit_m.is_normal() && unit_m > 0.0,
+            "--unit {unit_m}: the unit of T must be longer than 0 m"
+        );
+        if unit_m.to_bits() != 1.0_f64.to_bits() {
+            self.baseline_m = Some(self.baseline_m.unwrap_or(1.0) * unit_m);
+        }
+        Ok(self)
+    }
+
+    /// Conversion to the core's type.
+    pub(super) fn extrinsics(&self) -> Result<Extrinsics<f64>> {
+        let rigid = Rigid { r: matrix(&self.r), t: self.t.into() };
+        rigid.check()?;
+        WrongSign::check(&self.r, self.t)?;
+        Extrinsics::try_new(&rigid.r, &rigid.t).map_err(|why| {
+            let [x, y, z] = self.t;
+            anyhow!("t = ({x}, {y}, {z}): {why}; expected cameras beside or above each other")
+        })
+    }
+}
+
+/// A rig from its parts.
+pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Result<Meta> {
+    let mut meta = Meta {
+        k_l: left.k,
+        k_r: right.k,
+        dist_l: left.dist,
+        dist_r: right.dist,
+        lens: left.lens,
+        lens_r: None,
+        width: left.size[0],
+        height: left.size[1],
+        size_r: None,
+        r: pose.r,
+        t: pose.t,
+        baseline_m: pose.baseline_m,
+        source,
+        license: String::new(),
+        sigma_r_deg: None,
+        sigma_t_deg: None,
+        other: [(Meta::CALIBRATED.to_owned(), true.into())].into_iter().collect(),
+    };
+    meta.set_right(right.lens, right.size);
+    check(&meta)?;
+    Ok(meta)
+}
+
+/// Checks that the core accepts the rig, and that a known baseline is above 0.
+pub(super) fn check(meta: &Meta) -> Result<()> {
+    meta.cameras::<f64>()?;
+    Pose { r: meta.r, t: meta.t, baseline_m: meta.baseline_m }.extrinsics()?;
+    if let Some(b) = meta.baseline_m {
+        ensure!(b.is_normal() && b > 0.0, "the baseline must be longer than 0 m, not {b}");
+    }
+    Ok(())
+}
+
+/// Coefficients in our form: five for a radial-tangential lens, eight for a rational one, four for a fisheye.
+fn coefficients(lens: LensModel, given: &[f64]) -> Result<Vec<f64>> {
+    let len = given.len();
+    if lens == LensModel::Fisheye {
+        // Some drivers add a zero coefficient, which other lenses use.
+        let (four, rest) = given.split_at(len.min(4));
+        let whole = four.len() == 4 && rest.iter().all(|k| *k == 0.0);
+        ensure!(whole, "{len} lens coefficients: expected the 4 of a fisheye, k1 k2 k3 k4");
+        return Ok(four.to_vec());
+    }
+    ensure!(
+        matches!(len, 0 | 1 | 2 | 4 | 5 | 8 | 12 | 14),
+        "{len} lens coefficients: expected k1 k2 p1 p2 [k3 [k4 k5 k6]]"
+    );
+    let names = ["s1", "s2", "s3", "s4", "tau_x", "tau_y"];
+    for (name, k) in names.iter().zip(given.iter().skip(RATIONAL)) {
+        let what = if name.starts_with('s') { "the thin prism" } else { "the tilt of the sensor" };
+        ensure!(
+            *k == 0.0,
+            "{what}, {name} = {k}, is not handled: calibrate without it, with k1 k2 p1 p2 k3 or those and k4 k5 k6"
+        );
+    }
+    let used = given.iter().take(RATIONAL).skip(5).any(|k| *k != 0.0);
+    let held = if lens == LensModel::Rational || used { RATIONAL } else { 5 };
+    let mut kept: Vec<f64> = given.iter().take(held).copied().collect();
+    kept.resize(held, 0.0);
+    Ok(kept)
+}
+
+/// `K` of focal lengths and principal point, px.
+pub(super) fn camera_matrix([fx, fy, cx, cy]: [f64; 4]) -> Rows {
+    [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]
+}
+
+/// Comment in a file whose baseline length is unknown.
+pub(super) const NO_SCALE: &str = "# The length of the baseline is unknown: it is written as 1. Multiply it by the length in metres.\n";
+
+/// Comment on the number after it, if the lenses have an apparent yaw.
+pub(super) const LENS_YAW: &str = "\
+# lens_yaw, rad: after rectification the right row is below the left one by lens_yaw x y, (x, y): left ray at unit depth,
+# x = (u - cx) / fx, y = (v - cy) / fy of P. No rotation removes it. A look-up table does: for the rectified left pixel
+# (u, v) take the source pixel of (u, v - fy lens_yaw x y). A table without it leaves these rows; depth is the same.
+";
+
+/// The apparent yaw of the lenses as a comment, for a format without a key for it; empty without apparent yaw.
+pub(super) fn lens_yaw_comment(meta: &Meta) -> String {
+    meta.lens_yaw().map_or_else(String::new, |a| format!("{LENS_YAW}# lens_yaw: {a}\n"))
+}

@@ -1,0 +1,251 @@
+//! Peculiarities of files that people post, each with the answer from its numbers alone. `host-tests/selfcal/README.md`
+//! lists their sources.
+#![allow(clippy::float_cmp, reason = "numbers of a file come out as they are")]
+
+use rigs::data::{LensModel, Meta};
+use rigs::formats::Unknowns;
+
+use crate::known_answers::{named, near, read, with};
+use crate::moved;
+use crate::samples::Sample;
+
+fn of_one_file(name: &'static str, text: &str, unknowns: Unknowns) -> anyhow::Result<Meta> {
+    let files = vec![(name, text.to_owned())];
+    read(&Sample { name, files, unknowns, is_the_rig: false })
+}
+
+fn refusal(read: anyhow::Result<Meta>) -> String {
+    format!("{:#}", read.unwrap_err())
+}
+
+fn sized(size: [u16; 2]) -> Unknowns {
+    Unknowns { sizes: Some([size; 2]), ..Unknowns::default() }
+}
+
+/// The sample with a text added at the end of its first file.
+fn and(name: &str, more: &str) -> Sample {
+    let mut sample = named(name);
+    sample.files[0].1.push_str(more);
+    sample
+}
+
+#[test]
+fn the_quaternion_of_a_kalibr_report_gives_the_matrix_of_its_camchain() {
+    // One calibration in both files; the report has eight digits.
+    let report = named("Kalibr report").files[0].1.clone();
+    let (start, _) = report.split_once("\t q: ").unwrap();
+    let text = format!(
+        "{start}\t q: [-0.00087935 -0.00270995 -0.0008824   0.99999555] +- [0.0015 0.0003 0.0002]\n\t t: [-0.02997144 -0.00027389  \
+         0.00036353] +- [0.0001 0.0001 0.0003]\n"
+    );
+    let meta = of_one_file("results-cam.txt", &text, sized([1280, 720])).unwrap();
+    let camchain = [
+        [0.999_983_755_079_169_1, -0.001_760_025_638_667_948_3, 0.005_421_428_549_592_495_5],
+        [0.001_769_557_576_628_475_4, 0.999_996_896_242_077_9, -0.001_753_901_991_758_743_5],
+    ];
+    for (read, of_chain) in meta.r.iter().flatten().zip(camchain.iter().flatten()) {
+        assert!((read - of_chain).abs() < 3e-8, "{read} {of_chain}");
+    }
+    assert!(near(moved(&meta, [0.0; 3]), [-0.029_971_44, -0.000_273_89, 0.000_363_53]));
+    assert_eq!(meta.lenses(), [LensModel::RadialTangential, LensModel::Fisheye]);
+    assert_eq!(meta.dist_l, [-0.28, 0.07, 0.0002, 1.8e-05, 0.0]);
+    // In a chain of three, the second step is from cam1 to cam2.
+    let chain = report.replace("cam1", "cam2").replace("cam0", "cam1").replace("T_1_0", "T_2_1");
+    let unknowns = Unknowns { cameras: Some([1, 2]), ..sized([752, 480]) };
+    let meta = of_one_file("results-cam.txt", &chain, unknowns).unwrap();
+    assert!(near(moved(&meta, [0.0, 0.0, 5.0]), [-0.12, -2.99, 4.02]));
+    let omni = refusal(read(&with("Kalibr report", "python.Distorted", "python.DistortedOmni")));
+    assert!(omni.contains("cam0: camera_model: DistortedOmni"), "{omni}");
+}
+
+#[test]
+fn a_zed_may_have_one_lens_for_all_modes() {
+    let lens = "[LEFT_DISTO]\nk1 = 4.9\nk2 = 1.3\np1 = -1e-05\np2 = 1e-04\nk3 = 0.01\nk4 = 5.3\nk5 = 2.9\nk6 = 0.16\n";
+    let meta = read(&and("ZED", lens)).unwrap();
+    assert_eq!(meta.lenses(), [LensModel::Rational, LensModel::RadialTangential]);
+    assert_eq!(meta.dist_l, [4.9, 1.3, -1e-05, 1e-04, 0.01, 5.3, 2.9, 0.16]);
+    assert_eq!((meta.k_l[0][0], meta.dist_r[1]), (700.5, 0.026));
+    let prism = refusal(read(&and("ZED", &format!("{lens}s1 = 0.01\n"))));
+    assert!(prism.contains("LEFT_DISTO") && prism.contains("thin prism, s1"), "{prism}");
+    let fisheye = "[LEFT_DISTO]\nk1=0.1\nk2=0.2\nk3=0.3\nk4=0.4\nk5=0\nk6=0\np1=0\np2=0\n";
+    let fisheye = refusal(read(&and("ZED", fisheye)));
+    assert!(fisheye.contains("LEFT_DISTO") && fisheye.contains("fisheye"), "{fisheye}");
+}
+
+#[test]
+fn the_lists_of_cameras_have_their_own_keys_for_the_same_numbers() {
+    let okvis = read(&named("OKVIS")).unwrap();
+    assert_eq!((okvis.k_r[0][0], okvis.k_r[1][2], okvis.width), (458.0, 248.0, 752));
+    assert_eq!(okvis.dist_l, [-0.28, 0.07, 0.0002, 1.8e-05, 0.0]);
+    let maplab = read(&named("maplab")).unwrap();
+    assert_eq!((maplab.lens, maplab.dist_r[3], maplab.height), (LensModel::Fisheye, 0.056, 480));
+    let spectacular = read(&named("Spectacular AI")).unwrap();
+    assert_eq!((spectacular.k_l[1][1], spectacular.dist_l[1]), (285.25, 0.04));
+    // The pinhole of Spectacular AI has three radial terms.
+    let mut pinhole = with("Spectacular AI", "kannala-brandt4", "pinhole");
+    pinhole.files[0].1 = pinhole.files[0].1.replace(", 0.006]", "]");
+    assert_eq!(read(&pinhole).unwrap().dist_l, [-0.005, 0.04, 0.0, 0.0, -0.037]);
+    let monado = read(&named("Monado")).unwrap();
+    assert_eq!(monado.lenses(), [LensModel::Fisheye, LensModel::RadialTangential]);
+    assert_eq!((monado.dist_l[3], monado.dist_r[4], monado.k_l[1][1]), (0.004, 0.3, 301.0));
+    let other = refusal(read(&with("OKVIS", "type: radialtangential", "type: omni")));
+    assert!(other.contains("[0]: distortion_type: omni"), "{other}");
+}
+
+#[test]
+fn mynt_eye_prints_pinholes_and_fisheyes() {
+    let meta = read(&named("MYNT EYE")).unwrap();
+    assert_eq!(meta.lenses(), [LensModel::RadialTangential, LensModel::Fisheye]);
+    assert_eq!((meta.k_l[0][0], meta.k_r[1][2]), (353.25, 236.5));
+    assert_eq!((meta.dist_l[1], meta.dist_r), (0.057, vec![-0.024, 0.002, -0.003, -0.0002]));
+    // Some devices print the opposite sign.
+    let exchanged = refusal(read(&with("MYNT EYE", "[-120.0, 10.0", "[82.3, 10.0")));
+    assert!(exchanged.contains("translation") && exchanged.contains("to the left"), "{exchanged}");
+}
+
+#[test]
+fn a_calibration_table_of_a_realsense_has_a_camera_for_each_size() {
+    let mut sample = named("RealSense table");
+    let meta = read(&sample).unwrap();
+    assert_eq!((meta.k_l, meta.t), (meta.k_r, [-1.0, 0.0, 0.0]));
+    assert_eq!((meta.k_l[0][0], meta.k_l[1][2]), (647.125, 363.714));
+    assert!(near([meta.baseline_m.unwrap()], [0.049_949_6]));
+    sample.unknowns = Unknowns::default();
+    let several = refusal(read(&sample));
+    assert!(several.contains("--size 1920,1080 or 1280,720"), "{several}");
+    let none = refusal(read(&with("RealSense table", "width", "breadth")));
+    assert!(none.contains("no rectified stream has both a size"), "{none}");
+    let none = refusal(read(&with("ZED", "LEFT_CAM", "MIDDLE_CAM")));
+    assert!(none.contains("expected LEFT_CAM_HD or another"), "{none}");
+}
+
+#[test]
+fn rectified_sets_with_one_camera_have_its_baseline() {
+    let meta = read(&named("Cityscapes")).unwrap();
+    assert_eq!((meta.k_l[0][0], meta.k_r[1][2], meta.t), (2262.52, 513.137, [-1.0, 0.0, 0.0]));
+    assert!(near([meta.baseline_m.unwrap()], [0.209_313]));
+    let meta = read(&named("K and baseline")).unwrap();
+    assert_eq!((meta.k_l[0][2], meta.k_r[1][1]), (489.375, 754.668));
+    assert!(near([meta.baseline_m.unwrap()], [0.063]));
+}
+
+#[test]
+fn sizes_of_kitti_are_floats_and_cameras_may_be_101_and_103() {
+    let meta = read(&named("DrivingStereo")).unwrap();
+    assert_eq!(meta.sizes(), [[1762, 800]; 2]);
+    assert!(near([meta.baseline_m.unwrap()], [0.54]) && meta.k_r[0][0] == 2000.0);
+    let mut kitti = with("DrivingStereo", "_101", "_00");
+    kitti.files[0].1 = kitti.files[0].1.replace("_103", "_01");
+    let meta = read(&kitti).unwrap();
+    assert_eq!(meta.sizes(), [[1762, 800]; 2]);
+    let half = refusal(read(&with("DrivingStereo", "S_rect_101: 1.762000e+03", "S_rect_101: 1.5")));
+    assert!(half.contains("S_rect_101") && half.contains("width and height"), "{half}");
+}
+
+#[test]
+fn keys_of_stella_vslam_may_be_nested_or_flat() {
+    let nested = read(&named("stella_vslam")).unwrap();
+    assert_eq!((nested.lens, nested.k_r[0][0], nested.width), (LensModel::Fisheye, 459.0, 752));
+    let text = &named("stella_vslam").files[0].1;
+    let mut group = "";
+    let mut flat = String::new();
+    for line in text.lines() {
+        if let Some(key) = line.strip_prefix("  ").filter(|line| !line.starts_with(' ')) {
+            flat += &[group, ".", key, "\n"].concat();
+        } else if let Some(name) = line.strip_suffix(':') {
+            group = name;
+        } else {
+            flat += &[line, "\n"].concat();
+        }
+    }
+    let flat = of_one_file("stella.yaml", &flat, Unknowns::default()).unwrap();
+    assert_eq!((flat.r, flat.t, flat.dist_l), (nested.r, nested.t, nested.dist_l));
+}
+
+#[test]
+fn millimetres_of_ros_are_metres_with_a_unit() {
+    let mut sample = with("ROS echo", "320.0, -48, 0.0", "320.0, -48000.0, 0.0");
+    sample.unknowns.unit_m = 0.001;
+    assert!(near([read(&sample).unwrap().baseline_m.unwrap()], [0.12]));
+    let mut own = named("KITTI");
+    own.unknowns.unit_m = 0.001;
+    assert!(refusal(read(&own)).contains("leave --unit out"));
+}
+
+#[test]
+fn a_luxonis_socket_without_rotation_ends_the_chain() {
+    // The middle camera was never calibrated: left leads to right, and right with zeros to the middle.
+    let mut sample = with(
+        "Luxonis",
+        "\"toCameraSocket\": 0, \"translation\": {\"x\": -7.0",
+        "\"toCameraSocket\": 2, \"translation\": {\"x\": -7.0",
+    );
+    sample.files[0].1 = sample.files[0].1.replace(
+        "[[1, 0, 0], [0, 1, 0], [0, 0, 1]], \"toCameraSocket\": 0",
+        "[[0, 0, 0], [0, 0, 0], [0, 0, 0]], \"toCameraSocket\": 0",
+    );
+    assert!(near(moved(&read(&sample).unwrap(), [0.0; 3]), [-0.07, 0.01, 0.02]));
+}
+
+#[test]
+fn a_distortion_model_makes_fisheyes_of_an_opencv_file() {
+    let five = [", 1.8e-05, 0.0]]", ", 1.8e-05]]"];
+    let mut sample = with("lists in JSON", five[0], five[1]);
+    let fisheye = "{\"distortion_model\": \"fisheye\", \"image_size\"";
+    sample.files[0].1 = sample.files[0].1.replace("{\"image_size\"", fisheye);
+    assert_eq!(read(&sample).unwrap().lenses(), [LensModel::Fisheye; 2]);
+    sample.files[0].1 = sample.files[0].1.replace("fisheye", "Brown-Conrady");
+    assert_eq!(read(&sample).unwrap().lenses(), [LensModel::RadialTangential; 2]);
+    sample.files[0].1 = sample.files[0].1.replace("Brown-Conrady", "omni");
+    let other = refusal(read(&sample));
+    assert!(other.contains("rig.json: distortion_model: omni"), "{other}");
+}
+
+#[test]
+fn a_transposed_camera_matrix_is_named() {
+    let why = refusal(read(&with(
+        "numpy",
+        "[[458.   0. 367.]\n [  0. 457. 248.]\n [  0.   0.   1.]]",
+        "[[458. 0. 0.]\n [-1.9 457. 0.]\n [367. 248. 1.]]",
+    )));
+    assert!(why.contains("rig.txt: K1") && why.contains("K is transposed, as MATLAB"), "{why}");
+}
+
+#[test]
+fn printed_lists_and_tags_without_a_space_are_read() {
+    let numpy = read(&named("numpy")).unwrap();
+    assert_eq!(
+        (numpy.k_r[0][2], numpy.dist_l[3], numpy.sizes()),
+        (380.0, 1.8e-05, [[752, 480]; 2])
+    );
+    // MATLAB prints words before the name and a deviation behind the numbers.
+    let mut printed = with(
+        "Bouguet",
+        "fc_left = [ 767.5 764.25 ];",
+        "Focal Length:          fc_left = [ 767.5 764.25 ] ± [ 1.5 1.25 ]",
+    );
+    assert_eq!(read(&printed).unwrap().k_l[1][1], 764.25);
+    printed.files[0].1 = printed.files[0].1.replace("[ 0.000000 ]; % Skew", "[ 0.001 ]; % Skew");
+    assert!(refusal(read(&printed)).contains("alpha_c_left: 0.001: a skew is not supported"));
+    let tag = with("VINS-Fusion", ": !!opencv-matrix", ":!!opencv-matrix");
+    assert!(near(moved(&read(&tag).unwrap(), [0.0, 0.0, 5.0]), [-0.12, -2.99, 4.02]));
+    // A rotation vector in place of a matrix.
+    let vector = with(
+        "OpenCV XML",
+        "<rows>3</rows><cols>3</cols><dt>d</dt><data>\n    1. 0. 0. 0. 0.8 -0.6 0. 0.6 0.8",
+        "<rows>3</rows><cols>1</cols><dt>d</dt><data>\n    0.6435011087932844 0. 0.",
+    );
+    assert!(near(moved(&read(&vector).unwrap(), [0.0, 0.0, 5.0]), [-0.12, -2.99, 4.02]));
+}
+
+#[test]
+fn texts_and_arrays_that_are_not_read_are_refused_with_the_names_to_use() {
+    let text = "[Left Camera Intrinsic]\n578.457 0 346.077\n0 571.928 250.389\n0 0 1\n[Right to Left Camera Translate]\n-24.8819 0.138074 -0.203578\n";
+    let why = refusal(of_one_file("camera.txt", text, Unknowns::default()));
+    assert!(why.contains("camera.txt") && why.contains("K1 D1 K2 D2 R T"), "{why}");
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("stereo.npz");
+    std::fs::write(&path, b"PK\x03\x04\xff\xfe").unwrap();
+    let why = refusal(rigs::formats::import(&[path], Unknowns::default()));
+    assert!(why.contains("stereo.npz") && why.contains("K1 D1 K2 D2 R T"), "{why}");
+}

@@ -1,0 +1,154 @@
+//! Settings of the calibrator, common to every subcommand that runs it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use clap::{Args, ValueEnum};
+use nalgebra::Vector3;
+use rigs::data::{Meta, Rows, WrongSign, matrix};
+use rigs::formats;
+use serde::Deserialize;
+use sim::run::{Apply, Capacity, Feed, LensTracking, RunLog, Step, replay_pairs};
+use stereo_selfcal::paper::{Central, Settings};
+use stereo_selfcal::{Config, Extrinsics, Scalar};
+
+use super::choice;
+
+/// Settings of the calibrator.
+#[derive(Debug, Args)]
+pub(crate) struct Setup {
+    /// Parameters of the calibrator.
+    #[arg(long, value_enum, default_value_t = Preset::Robust)]
+    preset: Preset,
+
+    /// Number type of the core; firmware uses f32.
+    #[arg(long, value_enum, default_value_t = Number::F32)]
+    scalar: Number,
+
+    /// Capacity of the calibrator in correspondences a pair; it selects from longer pairs. The firmware examples have
+    /// 256: a recorded stream gives the same bits as on a vehicle with the same capacity, in f32.
+    #[arg(long, value_parser = choice::<Capacity>(), default_value_t = Capacity::N2048, value_name = "N")]
+    capacity: Capacity,
+
+    /// Trust in the lens models of the data, robust preset.
+    #[arg(long, value_parser = choice::<LensTracking>(), default_value_t = LensTracking::Report)]
+    lens: LensTracking,
+
+    /// Central tendency of the pairs' rotation angles in fusion, paper preset.
+    #[arg(long, value_enum, default_value_t = Angle::Mean)]
+    angle: Angle,
+
+    /// Factory extrinsics: the start of the first pairs, and in the paper preset of every pair. `identity`: R = I, t =
+    /// (-1, 0, 0); `rig`: R and t of the recording's rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any
+    /// length), such as a meta.json; OpenCV's extrinsics.yml; files or folder of any format that `selfcal import`
+    /// reads. Only R and t are read; R and t of --lens compensate do not fit, because they belong to corrected cameras
+    /// [default: rig, if it was read from files of another tool; otherwise identity, because R and t of a data set are
+    /// the reference].
+    #[arg(long, value_name = "identity|rig|FILE|DIR")]
+    initial: Option<PathBuf>,
+}
+
+/// Parameters of the calibrator.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Preset {
+    /// Whitened residuals, redescending loss, fusion by moments, change detection: survives outliers.
+    Robust,
+    /// As published: Huber weights, mean-direction fusion (eqs 16-22).
+    Paper,
+}
+
+/// Number type of the core.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Number {
+    /// Single precision.
+    F32,
+    /// Double precision.
+    F64,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Angle {
+    /// Arithmetic mean.
+    Mean,
+    /// Streaming median.
+    Median,
+}
+
+impl Setup {
+    /// Runs the calibrator over pairs.
+    pub(crate) fn replay(
+        &self,
+        feed: Feed<'_>,
+        apply: Apply,
+        each: impl FnMut(&Step),
+    ) -> Result<RunLog> {
+        let config = self.config();
+        let rig = feed.rig.clone();
+        let usual = Path::new(if rig.is_calibrated() { "rig" } else { "identity" });
+        let initial = self.initial.as_deref().unwrap_or(usual);
+        if self.initial.is_none() && rig.has_reference() {
+            eprintln!(
+                "{}",
+                if rig.is_calibrated() {
+                    "starts from R and t of the rig (--initial identity starts side by side)"
+                } else {
+                    "starts side by side; R and t of the rig are the reference (--initial rig starts from them)"
+                }
+            );
+        }
+        let capacity = self.capacity;
+        match self.scalar {
+            Number::F32 => {
+                replay_pairs(feed, config, start::<f32>(initial, &rig)?, capacity, apply, each)
+            }
+            Number::F64 => {
+                replay_pairs(feed, config, start::<f64>(initial, &rig)?, capacity, apply, each)
+            }
+        }
+    }
+
+    fn config(&self) -> Config {
+        let angle = match self.angle {
+            Angle::Mean => Central::Mean,
+            Angle::Median => Central::Median,
+        };
+        match self.preset {
+            Preset::Robust => self.lens.config(),
+            Preset::Paper => Config::paper().with_paper(Settings::DEFAULT.with_angle(angle)),
+        }
+    }
+}
+
+fn start<T: Scalar>(initial: &Path, rig: &Meta) -> Result<Extrinsics<T>> {
+    if initial == Path::new("identity") {
+        return Ok(Extrinsics::SIDE_BY_SIDE);
+    }
+    if initial == Path::new("rig") {
+        return rig.extrinsics();
+    }
+    let read = || -> Result<Extrinsics<T>> {
+        let (r, t) = if let Some(initial) = plain(initial) {
+            WrongSign::check(&initial.r, initial.t)?;
+            (matrix(&initial.r), Vector3::from(initial.t))
+        } else {
+            let extrinsics = formats::import_extrinsics(initial)?;
+            (*extrinsics.rotation().matrix(), extrinsics.translation().into_inner())
+        };
+        Ok(Extrinsics::try_new(&r.map(T::lit), &t.map(T::lit))?)
+    };
+    read().with_context(|| format!("initial extrinsics from {}", initial.display()))
+}
+
+/// `R` and `t` of a JSON file; `None` for a folder or any other file.
+fn plain(place: &Path) -> Option<Initial> {
+    serde_json::from_str(&fs::read_to_string(place).ok()?).ok()
+}
+
+/// Required content of a file of initial extrinsics; the rest is ignored.
+#[derive(Deserialize)]
+struct Initial {
+    #[serde(rename = "R")]
+    r: Rows,
+    t: [f64; 3],
+}

@@ -1,0 +1,170 @@
+//! The proposal of the calibrator in `f64`.
+
+use std::fmt;
+
+use anyhow::Result;
+use serde::ser::SerializeStruct;
+use serde::{Serialize, Serializer};
+use stereo_selfcal::geometry::LensCorrection;
+use stereo_selfcal::outcome::{Finding, LensEstimate, StandardDeviations, Vibration};
+use stereo_selfcal::{Calibration, Extrinsics, Proposal, Reason, Reasons, Scalar, State};
+
+use rigs::data::{Dataset, Meta, in_f64, rows};
+
+/// A proposal in `f64`, for any scalar of the run.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// Proposed extrinsics.
+    pub extrinsics: Extrinsics<f64>,
+    /// Correction of the cameras that the extrinsics belong to.
+    pub correction: LensCorrection<f64>,
+    /// Reported standard deviations, rad, with the lens as given.
+    pub sd: StandardDeviations<f64>,
+    /// Reported standard deviations, rad, with the lens uncertain.
+    pub sd_lens: StandardDeviations<f64>,
+    /// Whether the pairs have determined the baseline direction.
+    pub baseline_observed: bool,
+    /// Lens errors that the pairs show; `None` without a lens prior.
+    pub lens: Option<Lens>,
+    /// Apparent yaw of the lens, rad.
+    pub lens_yaw: Finding<f64>,
+    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad. Without a covariance it is
+    /// `sd.rotation`.
+    pub yaw_sd: f64,
+    /// Motion of the rig about the estimate, rad RMS.
+    pub vibration: Vibration<f64>,
+    /// State of the calibrator.
+    pub state: State,
+    /// The strongest reason against the estimate that comes from the matches.
+    pub doubt: Option<Reason>,
+}
+
+/// [`LensEstimate`] in `f64`. Code outside the core cannot construct a `LensEstimate`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Lens {
+    /// Relative error of the focal length, right minus left.
+    #[serde(serialize_with = "value_and_sd")]
+    pub focal: Finding<f64>,
+    /// Error of the radial coefficient `k1`, right minus left.
+    #[serde(serialize_with = "value_and_sd")]
+    pub k1: Finding<f64>,
+    /// Error of the radial coefficient `k1`, mean of both cameras.
+    #[serde(serialize_with = "value_and_sd")]
+    pub k1_mean: Finding<f64>,
+    /// Error of the tangential coefficient `p1`, right minus left.
+    #[serde(serialize_with = "value_and_sd")]
+    pub p1: Finding<f64>,
+    /// Error of the column of the principal point, right minus left, px.
+    #[serde(serialize_with = "value_and_sd")]
+    pub principal_x_px: Finding<f64>,
+}
+
+impl<T: Scalar> From<LensEstimate<T>> for Lens {
+    fn from(lens: LensEstimate<T>) -> Self {
+        let in_f64 = |f: Finding<T>| Finding { value: f.value.to_f64(), sd: f.sd.to_f64() };
+        Self {
+            focal: in_f64(lens.focal),
+            k1: in_f64(lens.k1),
+            k1_mean: in_f64(lens.k1_mean),
+            p1: in_f64(lens.p1),
+            principal_x_px: in_f64(lens.principal_x_px),
+        }
+    }
+}
+
+impl Estimate {
+    /// Conversion of a proposal.
+    #[must_use]
+    pub fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
+        Self {
+            extrinsics: in_f64(&proposal.extrinsics),
+            correction: correction_in_f64(&proposal.correction),
+            sd: deviations(&proposal.sd),
+            sd_lens: deviations(&proposal.sd_lens),
+            baseline_observed: proposal.baseline_observed,
+            lens: proposal.lens.map(Lens::from),
+            lens_yaw: Finding {
+                value: proposal.lens_yaw.value.to_f64(),
+                sd: proposal.lens_yaw.sd.to_f64(),
+            },
+            yaw_sd: proposal
+                .covariance_lens
+                .map_or(proposal.sd.rotation, |c| c.m22.sqrt())
+                .to_f64(),
+            vibration: Vibration {
+                rotation: proposal.vibration.rotation.to_f64(),
+                baseline: proposal.vibration.baseline.to_f64(),
+            },
+            state: proposal.state,
+            doubt: doubt(proposal.reasons()),
+        }
+    }
+
+    /// The extrinsics with the corrected cameras of a data set.
+    ///
+    /// # Errors
+    /// If the cameras are not valid.
+    pub fn calibration(&self, set: &Dataset) -> Result<Calibration<f64>> {
+        set.calibration(&self.extrinsics, &self.correction)
+    }
+
+    /// The rig `of` with the estimated extrinsics, the corrected cameras, and the apparent yaw of the lenses
+    /// ([`Meta::LENS_YAW`]), unless it is exactly 0.
+    #[must_use]
+    pub fn rig(&self, of: &Meta) -> Meta {
+        let r = rows(self.extrinsics.rotation().matrix());
+        let t = self.extrinsics.translation().into_inner().into();
+        let mut meta = Meta { r, t, ..of.corrected(&self.correction) };
+        meta.other.remove(Meta::LENS_YAW);
+        if self.lens_yaw.value != 0.0 {
+            meta.other.insert(Meta::LENS_YAW.into(), self.lens_yaw.value.into());
+        }
+        meta
+    }
+}
+
+/// The strongest of the reasons against an estimate that come from the matches.
+#[must_use]
+pub fn doubt(reasons: Reasons) -> Option<Reason> {
+    let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves, Reason::Axis];
+    doubts.into_iter().find(|reason| reasons.contains(*reason))
+}
+
+fn correction_in_f64<T: Scalar>(correction: &LensCorrection<T>) -> LensCorrection<f64> {
+    LensCorrection { focal: correction.focal.to_f64(), k1: correction.k1.to_f64() }
+}
+
+/// A correction in words: `right focal length +0.098 %, k1 -0.00012`.
+pub(crate) fn in_words(correction: &LensCorrection<f64>) -> String {
+    let LensCorrection { focal, k1 } = correction;
+    format!("right focal length {:+.3} %, k1 {k1:+.5}", 100.0 * focal)
+}
+
+fn deviations<T: Scalar>(sd: &StandardDeviations<T>) -> StandardDeviations<f64> {
+    StandardDeviations { rotation: sd.rotation.to_f64(), translation: sd.translation.to_f64() }
+}
+
+fn value_and_sd<S: Serializer>(found: &Finding<f64>, to: S) -> Result<S::Ok, S::Error> {
+    let mut json = to.serialize_struct("Finding", 2)?;
+    json.serialize_field("value", &found.value)?;
+    json.serialize_field("sd", &found.sd)?;
+    json.end()
+}
+
+impl fmt::Display for Estimate {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.state)?;
+        match self.doubt {
+            None => Ok(()),
+            // With a lens prior the disagreement only widens the deviations.
+            Some(Reason::ImageHalves) if self.lens.is_some() => {
+                f.write_str(", image halves disagree")
+            }
+            Some(Reason::ImageHalves) => f.write_str(", image halves disagree: t held"),
+            Some(Reason::Biased) => f.write_str(", image halves disagree: not applied"),
+            Some(Reason::SecondMode) => f.write_str(", second crowd of matches: not applied"),
+            Some(Reason::Axis) => f.write_str(", axis uncertain"),
+            Some(other) => write!(f, ", {other:?}"),
+        }
+    }
+}

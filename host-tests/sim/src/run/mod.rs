@@ -1,0 +1,31 @@
+//! Runs of the calibrator over data: one pair, one run, and many runs.
+
+mod alone;
+mod checked;
+mod depth_error;
+mod estimate;
+mod factory;
+mod kept_pairs;
+mod lens_tracking;
+mod log;
+pub mod monte_carlo;
+pub mod progress;
+pub mod real_figures;
+pub mod real_rigs;
+pub mod refused;
+mod replay;
+mod step;
+mod summary;
+mod totals;
+pub mod trace;
+
+pub use alone::PairSolver;
+pub use checked::{Checked, Checks};
+pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres};
+pub use estimate::{Estimate, Lens, doubt};
+pub use kept_pairs::KeptPairs;
+pub use lens_tracking::LensTracking;
+pub use log::RunLog;
+pub use replay::{Apply, Capacity, Feed, ReplayScalar, Running, replay, replay_pairs};
+pub use step::{Alone, Solved, Step, Verdict};
+pub use summary::{InUse, SCREEN_PX, Summary, row_offsets_px};

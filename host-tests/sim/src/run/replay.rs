@@ -1,0 +1,282 @@
+//! Replay: feeds a data set to the calibrator as on a controller.
+
+use std::fmt;
+
+use anyhow::{Result, bail};
+use stereo_selfcal::depth::RangeReading;
+use stereo_selfcal::{
+    Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Outcome, Rejection, Scalar,
+};
+use strum::{Display, EnumMessage, EnumString, VariantArray};
+
+use super::alone::PairSolver;
+use super::factory;
+use super::log::RunLog;
+use super::refused::{self, CountByReason, WitnessCounts};
+use super::step::Step;
+use rigs::data::ranges::{self, Ranges};
+use rigs::data::tracked::{self, Track};
+use rigs::data::{Dataset, Match, Meta, in_f64};
+
+/// Capacity of a calibrator, correspondences a pair.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Display, EnumMessage, EnumString, VariantArray)]
+pub enum Capacity {
+    /// The capacity on a vehicle.
+    #[strum(serialize = "256")]
+    N256,
+    /// More than any pair of the shipped sets has.
+    #[strum(serialize = "2048")]
+    N2048,
+}
+
+/// When the estimate is applied.
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, Default, Display, EnumMessage, EnumString, VariantArray,
+)]
+#[strum(serialize_all = "kebab-case")]
+pub enum Apply {
+    /// Never: the extrinsics of the start stay in use.
+    #[default]
+    Never,
+    /// After every pair, as on a vehicle.
+    Each,
+}
+
+/// Number type of a run. This crate compiles the estimator for both types. A generic run would be compiled again in
+/// every crate that uses it.
+pub trait ReplayScalar: Scalar {
+    /// Constructor of a calibrator of a capacity. The calibrator selects matches from longer pairs.
+    ///
+    /// # Errors
+    /// If the type has no such capacity.
+    #[doc(hidden)]
+    fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>>;
+}
+
+/// Makes the calibrator of a run, and the solver of its pairs alone.
+type NewReplayed<T> = fn(Config, &FactoryCalibration<T>) -> Box<dyn Replayed>;
+
+impl ReplayScalar for f32 {
+    fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>> {
+        Ok(match capacity {
+            Capacity::N256 => Solvers::<Self, 256>::boxed,
+            Capacity::N2048 => Solvers::<Self, 2048>::boxed,
+        })
+    }
+}
+
+impl ReplayScalar for f64 {
+    fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>> {
+        match capacity {
+            Capacity::N256 => {
+                bail!("--capacity 256 is for --scalar f32, the number type of a vehicle")
+            }
+            Capacity::N2048 => Ok(Solvers::<Self, 2048>::boxed),
+        }
+    }
+}
+
+/// Takes pairs, and records the results in a log.
+#[doc(hidden)]
+pub trait Replayed: fmt::Debug + Send {
+    /// Solves and fuses a pair, and takes the range readings and tracks that come with it.
+    fn take(
+        &mut self,
+        pair: &[Match],
+        with: (&[RangeReading<f64>], &[Track]),
+        apply: Apply,
+        log: &mut RunLog,
+    );
+}
+
+/// The calibrator of a run, and the solver of its pairs alone.
+#[derive(Debug)]
+struct Solvers<T: Scalar, const N: usize> {
+    calibrator: Box<Calibrator<T, N>>,
+    /// The cameras before any correction.
+    cameras: Cameras<T>,
+    alone: PairSolver<T, N>,
+}
+
+impl<T: Scalar, const N: usize> Solvers<T, N> {
+    fn boxed(config: Config, made: &FactoryCalibration<T>) -> Box<dyn Replayed> {
+        let calibrator = Box::new(Calibrator::new(config, made));
+        let alone = PairSolver::new(config, made);
+        Box::new(Self { calibrator, cameras: made.cameras, alone })
+    }
+}
+
+impl<T: Scalar, const N: usize> Replayed for Solvers<T, N> {
+    fn take(
+        &mut self,
+        pair: &[Match],
+        with: (&[RangeReading<f64>], &[Track]),
+        apply: Apply,
+        log: &mut RunLog,
+    ) {
+        replay_pair((&mut self.calibrator, &self.cameras), pair, with, apply, log);
+        log.note_alone(self.alone.solve(pair));
+    }
+}
+
+/// A run in progress, which takes one pair at a time.
+#[derive(Debug)]
+pub struct Running {
+    replayed: Box<dyn Replayed>,
+    apply: Apply,
+    ranges: Ranges,
+    tracks: Vec<Vec<Track>>,
+    log: RunLog,
+}
+
+impl Running {
+    /// A run over pairs of a rig. The estimates are compared with the extrinsics of the rig, if it has any.
+    ///
+    /// * `start`: factory extrinsics.
+    ///
+    /// # Errors
+    /// If the rig is not valid, or the number type has no such capacity.
+    pub fn new<T: ReplayScalar>(
+        rig: &Meta,
+        config: Config,
+        start: Extrinsics<T>,
+        capacity: Capacity,
+        apply: Apply,
+    ) -> Result<Self> {
+        let factory = in_f64(&start);
+        let replayed = T::replayed(capacity)?(config, &factory::of(rig, start)?);
+        let log = if rig.has_reference() {
+            RunLog::new(rig.extrinsics()?, factory)
+        } else {
+            RunLog::without_reference(factory)
+        };
+        Ok(Self { replayed, apply, ranges: Ranges::new(), tracks: Vec::new(), log })
+    }
+
+    /// Solves and fuses the next pair, and returns its step.
+    pub fn push(&mut self, pair: &[Match]) -> Option<&Step> {
+        let number = self.log.pairs();
+        let ranges = self.ranges.remove(&number).unwrap_or_default();
+        let tracks = self.tracks.get(number).map(Vec::as_slice).unwrap_or_default();
+        self.replayed.take(pair, (&ranges, tracks), self.apply, &mut self.log);
+        self.log.steps().last()
+    }
+
+    /// The log so far.
+    #[must_use]
+    pub fn log(&self) -> &RunLog {
+        &self.log
+    }
+}
+
+/// The input of a run.
+pub struct Feed<'a> {
+    /// The rig of the pairs.
+    pub rig: &'a Meta,
+    /// True extrinsics of each pair; empty if the rig does not move.
+    pub truths: Vec<Extrinsics<f64>>,
+    /// The pairs, read one at a time.
+    pub pairs: Box<dyn Iterator<Item = Result<Vec<Match>>> + 'a>,
+    /// Readings of the distance to points of the pairs.
+    pub ranges: Ranges,
+    /// Matches tracked from each pair to a later one; may be empty.
+    pub tracks: Vec<Vec<Track>>,
+    /// Whether the log keeps only the latest pair.
+    pub brief: bool,
+}
+
+impl<'a> Feed<'a> {
+    /// The pairs of a data set, without range readings and tracks. The log keeps all pairs.
+    ///
+    /// # Errors
+    /// If the rig of a pair is not valid.
+    pub fn of(set: &'a Dataset) -> Result<Self> {
+        let pairs = Box::new(set.pairs.iter().cloned().map(Ok));
+        Ok(Self {
+            rig: &set.meta,
+            truths: set.truths()?,
+            pairs,
+            ranges: Ranges::new(),
+            tracks: Vec::new(),
+            brief: false,
+        })
+    }
+}
+
+/// Replays every pair of a data set, with [`Capacity::N2048`]; nothing is applied.
+///
+/// # Errors
+/// If the data set's rig is not valid.
+pub fn replay<T: ReplayScalar>(
+    set: &Dataset,
+    config: Config,
+    start: Extrinsics<T>,
+    each: impl FnMut(&Step),
+) -> Result<RunLog> {
+    replay_pairs(Feed::of(set)?, config, start, Capacity::N2048, Apply::Never, each)
+}
+
+/// Replays pairs through a calibrator.
+///
+/// * `start`: factory extrinsics.
+/// * `apply`: when the estimate is applied.
+/// * `each`: called after each pair.
+///
+/// # Errors
+/// As [`Running::new`], or if a pair cannot be read.
+pub fn replay_pairs<T: ReplayScalar>(
+    feed: Feed<'_>,
+    config: Config,
+    start: Extrinsics<T>,
+    capacity: Capacity,
+    apply: Apply,
+    mut each: impl FnMut(&Step),
+) -> Result<RunLog> {
+    let mut running = Running::new(feed.rig, config, start, capacity, apply)?;
+    running.log = running.log.with_truths(feed.truths);
+    (running.ranges, running.tracks) = (feed.ranges, feed.tracks);
+    if feed.brief {
+        running.log = running.log.briefly();
+    }
+    for pair in feed.pairs {
+        if let Some(step) = running.push(&pair?) {
+            each(step);
+        }
+    }
+    Ok(running.log)
+}
+
+fn replay_pair<T: Scalar, const N: usize>(
+    (calibrator, cameras): (&mut Calibrator<T, N>, &Cameras<T>),
+    pair: &[Match],
+    (readings, tracks): (&[RangeReading<f64>], &[Track]),
+    apply: Apply,
+    log: &mut RunLog,
+) {
+    let mut refused = CountByReason::new();
+    for m in pair {
+        if let Err(why) = calibrator.push(&m.correspondence()) {
+            *refused.entry(refused::of_match(why)).or_default() += 1;
+        }
+    }
+    let taken = calibrator.batch().pairs().len();
+    let Outcome { pair: report, fused } = calibrator.solve_pair();
+    let outcome = report.map(|report| (report, fused)).ok_or(fused.err());
+    let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
+    let mut witnessed = WitnessCounts::default();
+    for reading in readings {
+        witnessed.note_range(calibrator.push_witness(&ranges::in_scalar(reading)));
+    }
+    if !tracks.is_empty() {
+        witnessed.note_motion(calibrator.push_witness(&tracked::rays_of(cameras, tracks)[..]));
+    }
+    let health = calibrator.health().ok();
+    if apply == Apply::Each {
+        // `apply` refuses an estimate that is not locked, or is in doubt; the health gives the reason.
+        let _ = calibrator.apply();
+    }
+    log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
+    log.note_refused(refused);
+    log.note_witnessed(witnessed);
+    log.check(calibrator, cameras, health.as_ref());
+}
