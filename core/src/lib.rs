@@ -182,7 +182,10 @@ pub mod derivation {}
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
-mod readme {}
+#[doc = include_str!("../docs/controller.md")]
+#[doc = include_str!("../docs/crate.md")]
+#[doc = include_str!("../docs/depth.md")]
+mod pages {}
 
 pub use nalgebra;
 

@@ -1,8 +1,10 @@
-//! README: the pictures and the commands of the simulation.
+//! The pictures of the README, and the commands of the simulation in the documents.
 
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+
+use test_support::document::code;
 
 fn run(arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_firmware-sim"));
@@ -32,10 +34,16 @@ fn the_knock_of_the_readme_is_the_plot_of_its_command() {
 
 #[test]
 fn the_commands_of_the_documents_are_known() {
-    let documents =
-        [include_str!("../../../README.md"), include_str!("../../../host-tests/EVIDENCE.md")];
-    let calls = documents.iter().flat_map(|text| text.split("cargo run --release -- ").skip(1));
-    let calls: Vec<_> = calls.map(|rest| rest.split(['\n', '`']).next().unwrap()).collect();
+    let documents = [
+        include_str!("../../../README.md"),
+        include_str!("../../../core/docs/controller.md"),
+        include_str!("../../../.github/CONTRIBUTING.md"),
+        include_str!("../../../host-tests/EVIDENCE.md"),
+    ];
+    let code = documents.into_iter().flat_map(code);
+    let calls: Vec<_> = code
+        .filter_map(|line| line.strip_prefix("cargo run --release -- ").map(str::to_owned))
+        .collect();
     assert!(calls.len() >= 3, "{calls:?}");
     for call in calls {
         let arguments: Vec<&str> = call.split_whitespace().chain(["--help"]).collect();

@@ -370,17 +370,21 @@ def test_the_package_has_the_version_of_the_workspace() -> None:
     assert f'version = "{version("stereo-selfcal")}"' in (ROOT / "Cargo.toml").read_text()
 
 
-def blocks(readme: Path) -> str:
-    """The blocks of Python of a document: one program, in their order."""
-    found = re.findall(r"```python\n(.*?)```", readme.read_text(), re.DOTALL)
-    assert found
-    return "\n".join(found)
+def blocks(*documents: str) -> str:
+    """The blocks of Python of documents: one program, in their order."""
+    found = [re.findall(r"```python\n(.*?)```", (ROOT / name).read_text(), re.DOTALL) for name in documents]
+    assert all(found)
+    return "\n".join(sum(found, []))
 
 
-def test_the_block_of_the_readme_runs(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_blocks_of_the_readme_and_of_metric_depth_run(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(ROOT)
-    exec(compile(blocks(ROOT / "README.md"), "README.md", "exec"), {})
+    names: dict[str, Any] = {}
+    exec(compile(blocks("README.md", "core/docs/depth.md"), "README.md", "exec"), names)
     assert capsys.readouterr().out.count("<Result locked") == 10
+    assert names["depth_m"].shape == (480, 640)
 
 
 def test_the_block_of_the_package_runs() -> None:
@@ -392,7 +396,7 @@ def test_the_block_of_the_package_runs() -> None:
     ]
     r, t = rig.factory or (None, None)
     names = {"K": rig.left.K, "dist": rig.left.dist, "R": r, "T": t, "pairs": images}
-    exec(compile(blocks(ROOT / "host-tests/python/README.md"), "README.md", "exec"), names)
+    exec(compile(blocks("host-tests/python/README.md"), "README.md", "exec"), names)
     assert names["rectified"].shape == (480, 640)  # type: ignore[union-attr]
 
 

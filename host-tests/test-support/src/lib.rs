@@ -1,6 +1,7 @@
-//! Shared by the tests and simulations of several packages: simulated flash and wire, calls of a program, length of a
-//! campaign.
+//! Shared by the tests and simulations of several packages: simulated flash and wire, calls of a program, code of a
+//! document, length of a campaign.
 
+pub mod document;
 pub mod flash;
 mod program;
 pub mod wire;

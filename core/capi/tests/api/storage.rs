@@ -127,7 +127,7 @@ fn the_documents_state_the_sizes_of_the_storage() {
         usage.contains(&format!("/* 256 matches a pair: {calibrator} bytes */")),
         "{calibrator}"
     );
-    assert!(include_str!("../../BUILDS.md").contains(&format!("| {both}, 4,096 |")), "{both}");
+    assert!(include_str!("../../README.md").contains(&format!("| {both}, 4,096 |")), "{both}");
     let evidence = include_str!("../../../../host-tests/EVIDENCE.md");
     let row = format!("| `selfcal_t` of 256 matches, `selfcal_link_t` | {both} bytes |");
     assert!(evidence.contains(&row), "{row}");

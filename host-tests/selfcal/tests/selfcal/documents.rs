@@ -1,51 +1,58 @@
-//! README and EVIDENCE: links, commands, and the figures that are quick to reproduce.
+//! Documents: links, paths, names of tests, commands, and the figures that are quick to reproduce.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 use stereo_selfcal::{Calibrator, FactoryCalibration};
+use test_support::document::code;
 
 use crate::call::selfcal;
 
 const README: &str = include_str!("../../../../README.md");
+const CRATE: &str = include_str!("../../../../core/docs/crate.md");
 const EVIDENCE: &str = include_str!("../../../EVIDENCE.md");
-const ESTIMATOR: &str = include_str!("../../../../core/ESTIMATOR.md");
-const DATA: &str = include_str!("../../../data/README.md");
-const GUIDE: &str = include_str!("../../README.md");
-const CONTRIBUTING: &str = include_str!("../../../../.github/CONTRIBUTING.md");
-const CHANGELOG: &str = include_str!("../../../../CHANGELOG.md");
-
-/// The documents, each with the base folder of its links.
-const DOCUMENTS: [(&str, &str); 6] = [
-    ("", README),
-    ("host-tests", EVIDENCE),
-    ("host-tests/data", DATA),
-    ("host-tests/selfcal", GUIDE),
-    (".github", CONTRIBUTING),
-    ("", CHANGELOG),
-];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap()
 }
 
-/// Code spans outside of blocks, and the lines of shell blocks, continued lines joined.
-fn code(document: &str) -> Vec<String> {
-    let mut found = Vec::new();
-    for (i, part) in document.split("```").enumerate() {
-        if i % 2 == 0 {
-            let spans = part.split("\n\n").flat_map(|block| block.split('`').skip(1).step_by(2));
-            found.extend(spans.map(|span| span.split_whitespace().collect::<Vec<_>>().join(" ")));
-        } else if let Some(shell) = part.strip_prefix("sh\n") {
-            found.extend(shell.replace("\\\n", "").lines().map(str::to_owned));
+/// Adds the files with this extension in a folder and in its subfolders. Hidden folders and builds are left out.
+fn add_files(folder: &Path, extension: &str, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten() {
+        let path = entry.unwrap().path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_dir() && !name.starts_with('.') && name != "target" {
+            add_files(&path, extension, found);
+        } else if path.extension().is_some_and(|of| of == extension) {
+            found.push(path);
         }
+    }
+}
+
+/// The files of the project with this extension.
+fn files(extension: &str) -> Vec<PathBuf> {
+    let mut found = Vec::new();
+    for top in [".github", "core", "firmware-sim", "host-tests"] {
+        add_files(&root().join(top), extension, &mut found);
     }
     found
 }
 
+/// The documents, each with the folder that its links start from. Changes name files that are gone.
+fn documents() -> Vec<(PathBuf, String)> {
+    let of_the_root = Some(root().join("README.md"));
+    let all = files("md").into_iter().chain(of_the_root);
+    let all = all.filter(|path| !path.ends_with("CHANGELOG.md"));
+    all.map(|path| (path.parent().unwrap().into(), fs::read_to_string(&path).unwrap())).collect()
+}
+
+fn all_code() -> Vec<String> {
+    documents().iter().flat_map(|(_, document)| code(document)).collect()
+}
+
 fn commands(start: &str) -> Vec<String> {
-    let all = DOCUMENTS.iter().flat_map(|(_, document)| code(document));
+    let all = all_code().into_iter();
     let found: Vec<_> = all.filter_map(|c| c.strip_prefix(start).map(str::to_owned)).collect();
     assert!(!found.is_empty(), "no `{start}`");
     found
@@ -58,42 +65,26 @@ fn table(header: &str) -> Vec<Vec<&'static str>> {
     rows.map(|row| row.trim_matches('|').split('|').map(str::trim).collect()).collect()
 }
 
-fn rust_files(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).into_iter().flatten() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            rust_files(&path, found);
-        } else if path.extension().is_some_and(|extension| extension == "rs") {
-            found.push(path);
-        }
-    }
-}
-
-#[test]
-fn lines_outside_of_tables_are_at_most_110_wide() {
-    for (_, document) in &DOCUMENTS[..2] {
-        let mut lines = document.lines().filter(|line| !line.starts_with('|'));
-        assert_eq!(lines.find(|line| line.chars().count() > 110), None);
-    }
-}
-
 #[test]
 fn links_and_paths_lead_to_files_of_the_repository() {
-    for (folder, document) in DOCUMENTS {
+    let mut wrong = Vec::new();
+    for (folder, document) in documents() {
         for link in document.split("](").skip(1).map(|rest| rest.split(')').next().unwrap()) {
-            let target = root().join(folder).join(link.split('#').next().unwrap());
-            assert!(link.starts_with("https://") || target.exists(), "{folder}: {link}");
+            let target = folder.join(link.split('#').next().unwrap());
+            if !link.starts_with("https://") && !target.exists() {
+                wrong.push(format!("{}: {link}", folder.display()));
+            }
         }
     }
     let roots = ["core/", "firmware-sim/", "host-tests/", ".ci/", ".cargo/"];
-    for span in [README, EVIDENCE, ESTIMATOR].into_iter().flat_map(code) {
+    for span in all_code() {
         let path = span.split(' ').next().unwrap();
         let ours = roots.iter().any(|root| path.starts_with(root));
-        assert!(
-            !ours || alternatives(path).iter().all(|path| root().join(path).exists()),
-            "{path}"
-        );
+        if ours && !alternatives(path).iter().all(|path| root().join(path).exists()) {
+            wrong.push(path.to_owned());
+        }
     }
+    assert!(wrong.is_empty(), "{wrong:#?}");
 }
 
 /// The paths that a path with `{one,other}` stands for.
@@ -110,18 +101,15 @@ fn alternatives(path: &str) -> Vec<String> {
 /// end.
 #[test]
 fn named_tests_exist() {
-    let mut files = Vec::new();
-    for top in ["core", "host-tests", "firmware-sim"] {
-        rust_files(&root().join(top), &mut files);
-    }
-    let sources = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect::<String>();
+    let sources: String =
+        files("rs").iter().map(|file| fs::read_to_string(file).unwrap()).collect();
     let tests: Vec<&str> = sources
         .lines()
         .filter_map(|line| line.trim_start().strip_prefix("fn ")?.split('(').next())
         .collect();
     let is_of_a_name = |c: char| c.is_ascii_lowercase() || c.is_ascii_digit() || "_.".contains(c);
-    let spans = [README, EVIDENCE, ESTIMATOR].into_iter().flat_map(code);
-    let named: Vec<_> = spans
+    let named: Vec<_> = all_code()
+        .into_iter()
         .filter(|span| span.matches('_').count() >= 5 && span.chars().all(is_of_a_name))
         .collect();
     assert!(named.len() > 50, "{named:?}");
@@ -137,18 +125,12 @@ fn named_tests_exist() {
 }
 
 #[test]
-fn the_c_program_of_the_readme_is_the_one_that_ci_runs() {
-    let usage = include_str!("../../../../core/capi/examples/readme/usage.c");
-    assert!(README.contains(&format!("```c\n{usage}```\n")), "copy usage.c into the README");
-}
-
-#[test]
-fn the_readme_names_every_feature_and_the_oldest_rust() {
+fn the_documents_name_every_feature_and_the_oldest_rust() {
     let manifest = fs::read_to_string(root().join("core/Cargo.toml")).unwrap();
     let features = manifest.split_once("[features]\n").unwrap().1.split("\n[").next().unwrap();
     let lines = features.lines().filter(|line| !line.starts_with('#'));
     for feature in lines.filter_map(|line| line.split_once(" = ").map(|(name, _)| name)) {
-        assert!(feature == "default" || README.contains(&format!("`{feature}`")), "{feature}");
+        assert!(feature == "default" || CRATE.contains(&format!("`{feature}`")), "{feature}");
     }
     let workspace = fs::read_to_string(root().join("Cargo.toml")).unwrap();
     let (_, rust) = workspace.split_once("rust-version = \"").unwrap();
@@ -194,7 +176,7 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
             }
         }
         let mut files = Vec::new();
-        rust_files(&folder, &mut files);
+        add_files(&folder, "rs", &mut files);
         files.extend(Some(folder.with_extension("rs")).filter(|file| file.exists()));
         assert!(!files.is_empty(), "{call}");
         let Some(filter) = filter else { continue };
