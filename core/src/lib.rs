@@ -178,6 +178,7 @@ pub mod store;
 mod thresholds;
 
 #[doc = include_str!("../ESTIMATOR.md")]
+#[doc = include_str!("../docs/thresholds.md")]
 pub mod derivation {}
 
 #[cfg(doctest)]

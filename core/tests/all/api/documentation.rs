@@ -1,5 +1,6 @@
 //! The documentation against manifest and code.
 
+use std::collections::HashSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -36,6 +37,40 @@ fn every_test_that_the_derivation_names_exists() {
         }
     }
     assert!(names > 20, "{names}");
+}
+
+#[test]
+fn every_name_in_the_table_of_symbols_exists() {
+    let code = sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"));
+    let words: HashSet<&str> = code.split(|c: char| !c.is_alphanumeric() && c != '_').collect();
+    let (_, rows) = DERIVATION.split_once("| name in the code |\n|---|---|---|---|\n").unwrap();
+    let cells = rows.lines().take_while(|row| row.starts_with('|'));
+    let cells = cells.map(|row| row.trim_end_matches(" |").rsplit(" | ").next().unwrap());
+    let spans = cells.flat_map(|cell| cell.split('`').skip(1).step_by(2));
+    let names: Vec<_> = spans.filter(|span| !span.contains('^')).collect();
+    assert!(names.len() > 20, "{names:?}");
+    for name in names {
+        assert!(name.split("::").all(|part| words.contains(part)), "{name}");
+    }
+}
+
+/// A path of the derivation is relative to `core/src` or to the root of the project; `{one,other}` stands for both.
+#[test]
+fn every_file_that_the_derivation_names_exists() {
+    let core = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut files = 0;
+    for quoted in DERIVATION.split('`').skip(1).step_by(2) {
+        let Some(path) = quoted.strip_suffix(".rs") else { continue };
+        let (before, names) = path.split_once('{').unwrap_or((path, ""));
+        for name in names.trim_end_matches('}').split(',') {
+            let file = format!("{before}{name}.rs");
+            let exists =
+                core.join("src").join(&file).exists() || core.join("..").join(&file).exists();
+            assert!(exists, "{file}");
+            files += 1;
+        }
+    }
+    assert!(files > 50, "{files}");
 }
 
 /// The text of all Rust files in a folder and in its subfolders, except `target`.
