@@ -5,8 +5,8 @@
 //!   extrinsics.
 //! - `gate`, `mean_direction`: many pairs. `compensated`, `median`: their sums and central angle.
 //!
-//! `host-tests/rivals` tests the whole method: `tests/rivals/errata.rs`, and `src/literal_paper.rs`, a literal
-//! transcription with 6 parameters.
+//! `host-tests/evidence` tests the whole method: `tests/evidence/errata.rs`, and `src/rivals/literal_paper.rs`, a
+//! literal transcription with 6 parameters.
 //!
 //! *Residual* `e = v_l - v_r` (11). A left perturbation `w` gives `dv = -(1 + v^2) w_x + u v w_y + u w_z` (14, 15). In
 //! the five unknowns, with `d = u_l - u_r`: `J = [-(1 + v_l^2), u_l v_l, u_l, d v_l + u_r e, d - s e (v_l + v_r)]`. The
