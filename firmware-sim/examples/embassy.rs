@@ -4,7 +4,7 @@
 //! A timer interrupt simulates the matcher: it takes 64 bytes of the recording in flash at a time. The run
 //! succeeds if every pair is received, the other task ran between passes, and the estimate can be applied.
 //!
-//! `.cargo/for-target thumbv7em-none-eabihf run -p firmware-sim --example embassy --features embassy`
+//! `.cargo/for-target thumbv7em-none-eabihf run -p firmware-sim --example embassy --features controller`
 #![no_std]
 #![no_main]
 
@@ -24,7 +24,7 @@ use embedded_hal_async::spi::{Operation, SpiDevice};
 use firmware_sim::Controller;
 use firmware_sim::board::interrupts::{Interrupt, enable, interrupt};
 use firmware_sim::board::{Timer, exit};
-use firmware_sim::recording::{self, FRAMES, PAIRS, ReplayBus};
+use firmware_sim::recording::{self, FRAMES, ReplayBus};
 use panic_probe as _;
 use static_cell::StaticCell;
 use stereo_selfcal::Calibration;
@@ -110,7 +110,7 @@ impl Wait for Inbox {
 /// The matcher: enqueues the next bytes if they fit.
 #[cortex_m_rt::interrupt]
 fn TIMER0() {
-    static mut RECORDING: ReplayBus = ReplayBus::new(FRAMES);
+    static mut RECORDING: ReplayBus<'static> = ReplayBus::new(FRAMES);
     static mut TIMER: Option<Timer> = None;
     let timer = TIMER.get_or_insert_with(|| Timer::every(PERIOD));
     timer.acknowledge();
@@ -129,7 +129,8 @@ fn TIMER0() {
 #[embassy_executor::task]
 async fn calibrate(controller: &'static mut Controller) {
     let mut matcher = FpgaMatcher::new(Inbox, Inbox);
-    for pair in 1..=PAIRS {
+    let pairs = recording::pairs();
+    for pair in 1..=pairs {
         if let Err(why) = matcher.receive(controller).await {
             error!("the matcher: {}", why);
             exit(false)
@@ -137,7 +138,7 @@ async fn calibrate(controller: &'static mut Controller) {
         SOLVING.store(true, Ordering::Relaxed);
         let solved = solve(controller).await;
         SOLVING.store(false, Ordering::Relaxed);
-        info!("pair {} of {}, solved and fused: {}", pair, PAIRS, solved);
+        info!("pair {} of {}, solved and fused: {}", pair, pairs, solved);
     }
     let turns = TURNS.load(Ordering::Relaxed);
     let applied = controller.apply();
@@ -177,8 +178,8 @@ async fn other() {
 #[embassy_executor::main]
 async fn main(spawner: Spawner) {
     static CONTROLLER: StaticCell<Controller> = StaticCell::new();
-    let Ok(cameras) = recording::cameras() else { exit(false) };
-    let controller = CONTROLLER.init_with(|| firmware_sim::start(cameras));
+    let Ok(factory) = recording::factory() else { exit(false) };
+    let controller = CONTROLLER.init_with(|| firmware_sim::start(factory.cameras));
     load_rectifier(&controller.in_use());
     let (Ok(calibrate), Ok(other)) = (calibrate(controller), other()) else { exit(false) };
     spawner.spawn(calibrate);

@@ -5,7 +5,7 @@
 //! succeeds if every pair is received, the solver was interrupted within a pass, and the estimate can be
 //! applied.
 //!
-//! `.cargo/for-target thumbv7em-none-eabihf run -p firmware-sim --example scheduler --features scheduler`
+//! `.cargo/for-target thumbv7em-none-eabihf run -p firmware-sim --example scheduler --features controller`
 #![no_std]
 #![no_main]
 
@@ -64,7 +64,7 @@ impl InputPin for &Inbox {
 /// The matcher's end of the queue.
 struct Receiver {
     timer: firmware_sim::board::Timer,
-    recording: firmware_sim::recording::ReplayBus,
+    recording: firmware_sim::recording::ReplayBus<'static>,
     bytes: Producer<'static, u8>,
 }
 
@@ -74,7 +74,7 @@ mod firmware {
 
     use defmt::{error, info};
     use firmware_sim::board::{Timer, exit};
-    use firmware_sim::recording::{self, FRAMES, PAIRS, ReplayBus};
+    use firmware_sim::recording::{self, FRAMES, ReplayBus};
     use firmware_sim::{App, Controller, Event};
     use heapless::spsc::Queue;
     use static_cell::StaticCell;
@@ -108,9 +108,9 @@ mod firmware {
         memory: StaticCell<Controller> = StaticCell::new(),
     ])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let Ok(cameras) = recording::cameras() else { exit(false) };
+        let Ok(factory) = recording::factory() else { exit(false) };
         // In place: a `const` initial value would take as much flash as the calibrator.
-        let controller = cx.local.memory.init_with(|| firmware_sim::start(cameras));
+        let controller = cx.local.memory.init_with(|| firmware_sim::start(factory.cameras));
         load_rectifier(&controller.in_use());
         let (bytes, read) = cx.local.fifo.split();
         let receiver =
@@ -149,8 +149,8 @@ mod firmware {
     fn idle(cx: idle::Context) -> ! {
         let inbox: &Inbox = cx.local.inbox;
         let mut app = App::new(FpgaMatcher::new(inbox, inbox), cx.local.controller);
-        let mut pairs = 0;
-        while pairs < PAIRS {
+        let (mut solved, pairs) = (0, recording::pairs());
+        while solved < pairs {
             let event = match app.poll() {
                 Ok(event) => event,
                 Err(why) => {
@@ -161,9 +161,8 @@ mod firmware {
             match event {
                 Event::Idle => cortex_m::asm::wfi(),
                 Event::Pair(pair) => {
-                    pairs += 1;
-                    let solved = pair.outcome.is_ok();
-                    info!("pair {} of {}, solved: {}", pairs, PAIRS, solved);
+                    solved += 1;
+                    info!("pair {} of {}, solved: {}", solved, pairs, pair.outcome.is_ok());
                 }
                 _ => (),
             }

@@ -7,7 +7,7 @@ use cortex_m_rt::entry;
 use defmt::{error, info, warn};
 use defmt_semihosting as _;
 use firmware_sim::board::{NorFlash, exit, reset};
-use firmware_sim::recording::{self, FRAMES, NAME, PAIRS, ReplayBus};
+use firmware_sim::recording::{self, FRAMES, ReplayBus};
 use firmware_sim::{App, CAPACITY, Controller, Event, PairOutcome};
 use panic_probe as _;
 use static_cell::StaticCell;
@@ -30,10 +30,11 @@ static CONTROLLER: StaticCell<Controller> = StaticCell::new();
 
 #[entry]
 fn main() -> ! {
-    let (Ok(cameras), Ok(truth)) = (recording::cameras(), recording::truth()) else {
+    let Ok(FactoryCalibration { cameras, extrinsics: truth, .. }) = recording::factory() else {
         error!("the cameras or extrinsics of the recording are invalid");
         exit(false)
     };
+    let pairs = recording::pairs();
     let Some(mut store) = store() else {
         error!("the flash store cannot be opened");
         exit(false)
@@ -52,13 +53,13 @@ fn main() -> ! {
         }
     };
     let first = if resumed {
-        let pairs = controller.proposal().map_or(0, |p| p.pairs);
-        info!("power is back: {} pairs from flash, {}", pairs, controller.state());
+        let kept = controller.proposal().map_or(0, |p| p.pairs);
+        info!("power is back: {} pairs from flash, {}", kept, controller.state());
         // The matcher sent these frames before the loss of power.
-        bus.skip_frames(PAIRS_BEFORE_RESET);
+        (0..PAIRS_BEFORE_RESET).for_each(|_| _ = bus.skip_frame());
         PAIRS_BEFORE_RESET
     } else {
-        info!("{=str}: {} pairs, up to {} matches each", NAME, PAIRS, CAPACITY);
+        info!("a recording of {} pairs, up to {} matches each", pairs, CAPACITY);
         0
     };
     let mut app = App::new(bus.driver(), controller);
@@ -86,7 +87,7 @@ fn main() -> ! {
             }
         }
     }
-    if received != PAIRS {
+    if received != pairs {
         error!("{} frames were read; the link: {}", received, app.counters());
         exit(false)
     }

@@ -5,8 +5,8 @@
 //! over one batch: the last call of a pair evaluates the pair and both calibrations. With [`App::tracking`] that
 //! call also reads the tracks. Scalar: `f32`.
 //!
-//! The matcher is simulated by [`recording`], frames in flash, or by [`pil`], a host at the other end of a
-//! serial line. The module `board` drives the emulated board; it exists on the controller only.
+//! [`recording`], frames in flash, simulates the matcher. [`checksums`] shows whether two processors compute the same
+//! bits. The module `board` drives the emulated board; it exists on the controller only.
 
 #![no_std]
 #![cfg_attr(not(target_os = "none"), forbid(unsafe_code))]
@@ -28,11 +28,12 @@ mod app;
 #[expect(unsafe_code, reason = "access to registers")]
 #[expect(clippy::as_conversions, reason = "addresses of registers")]
 pub mod board;
+mod checksums;
 mod controller;
-pub mod pil;
 pub mod recording;
 #[cfg(test)]
 mod test_frames;
 
 pub use app::{App, Event, PairOutcome};
+pub use checksums::checksums;
 pub use controller::{CAPACITY, Controller, solve_and_fuse, start};

@@ -1,71 +1,51 @@
 //! A recording in flash instead of the matcher: a simulated bus replays the bytes of its frames.
 //!
-//! The build script generates it from the data set `opencv_chess_sift`.
+//! The folder `recording` has that of the data set `opencv_chess_sift`. The build script takes another folder from the
+//! variable `RECORDING`. `pil` writes such a folder for any data set.
 
 use core::cell::Cell;
 use core::convert::Infallible;
+use core::iter;
 
 use embedded_hal::digital::{self, InputPin};
 use embedded_hal::spi::{self, Operation, SpiDevice};
-use stereo_selfcal::geometry::{CameraError, ExtrinsicsError, RadialTangential};
 use stereo_selfcal::link::{FpgaMatcher, FrameHeader};
-use stereo_selfcal::{Camera, Cameras, Extrinsics, Intrinsics, Lens, Scalar};
-
-#[expect(clippy::unreadable_literal, missing_docs, reason = "numbers of the data set")]
-mod generated {
-    include!(concat!(env!("OUT_DIR"), "/recording.rs"));
-}
-
-pub use generated::{NAME, PAIRS};
+use stereo_selfcal::{FactoryCalibration, RestoreError};
 
 /// Bytes of all frames.
-pub static FRAMES: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/frames.bin"));
+pub static FRAMES: &[u8] = include_bytes!(concat!(env!("RECORDING"), "/frames.bin"));
+
+/// Record of the cameras and of the true extrinsics.
+static FACTORY: &[u8] = include_bytes!(concat!(env!("RECORDING"), "/factory.bin"));
 
 /// Byte that an idle bus reads.
 const IDLE: u8 = 0xff;
 
-/// The cameras of the recording.
+/// The cameras of the recording, and its true extrinsics: `p_r = R p_l + t`.
 ///
 /// # Errors
-/// [`CameraError`] if a camera of the data set is invalid.
-pub fn cameras() -> Result<Cameras<f32>, CameraError> {
-    Ok(Cameras {
-        left: camera(&generated::LEFT, generated::LEFT_LENS)?,
-        right: camera(&generated::RIGHT, generated::RIGHT_LENS)?,
-    })
+/// [`RestoreError`] if the record is damaged.
+pub fn factory() -> Result<FactoryCalibration<f32>, RestoreError> {
+    FactoryCalibration::from_record(FACTORY)
 }
 
-fn camera(k: &[[f64; 3]; 3], lens: [f64; 5]) -> Result<Camera<f32>, CameraError> {
-    let [[fx, _, cx], [_, fy, cy], _] = *k;
-    let intrinsics = Intrinsics {
-        focal: [fx, fy].map(f32::lit),
-        principal: [cx, cy].map(f32::lit),
-        size: generated::SIZE,
-    };
-    let lens = RadialTangential::try_new(lens.map(f32::lit))?;
-    Camera::try_new(intrinsics, Lens::RadialTangential(lens))
-}
-
-/// The true extrinsics of the data set: `p_r = R p_l + t`.
-///
-/// # Errors
-/// [`ExtrinsicsError`] if the extrinsics of the data set are invalid.
-pub fn truth() -> Result<Extrinsics<f32>, ExtrinsicsError> {
-    let r = generated::R.map(|row| row.map(f32::lit));
-    let columns = core::array::from_fn(|j| r.map(|row| row.get(j).copied().unwrap_or_default()));
-    Extrinsics::try_new(&columns.into(), &generated::T.map(f32::lit).into())
+/// Number of pairs of the recording.
+#[must_use]
+pub fn pairs() -> u32 {
+    let bus = ReplayBus::new(FRAMES);
+    (0..u32::MAX).find(|_| !bus.skip_frame()).unwrap_or_default()
 }
 
 /// A simulated bus that replays frames. A reference to it serves as the SPI device and as the data-ready line.
 #[derive(Debug)]
-pub struct ReplayBus {
-    rest: Cell<&'static [u8]>,
+pub struct ReplayBus<'a> {
+    rest: Cell<&'a [u8]>,
 }
 
-impl ReplayBus {
+impl<'a> ReplayBus<'a> {
     /// A bus at the start of `frames`.
     #[must_use]
-    pub const fn new(frames: &'static [u8]) -> Self {
+    pub const fn new(frames: &'a [u8]) -> Self {
         Self { rest: Cell::new(frames) }
     }
 
@@ -74,12 +54,10 @@ impl ReplayBus {
         FpgaMatcher::new(self, self)
     }
 
-    /// Skips `count` frames.
-    pub fn skip_frames(&self, count: u32) {
-        for _ in 0..count {
-            let header = self.rest.get().first_chunk().and_then(|h| FrameHeader::decode(h).ok());
-            self.take(header.map_or(0, |header| header.frame_bytes()));
-        }
+    /// Skips a frame. Returns whether there was one.
+    pub fn skip_frame(&self) -> bool {
+        let header = self.rest.get().first_chunk().and_then(|h| FrameHeader::decode(h).ok());
+        header.map(|header| self.take(header.frame_bytes())).is_some()
     }
 
     /// Whether all bytes are read.
@@ -88,7 +66,7 @@ impl ReplayBus {
     }
 
     /// Reads the next `count` bytes, or the rest.
-    pub fn take(&self, count: usize) -> &'static [u8] {
+    pub fn take(&self, count: usize) -> &'a [u8] {
         let all = self.rest.get();
         let (taken, rest) = all.split_at_checked(count).unwrap_or((all, &[]));
         self.rest.set(rest);
@@ -96,11 +74,11 @@ impl ReplayBus {
     }
 }
 
-impl spi::ErrorType for &ReplayBus {
+impl spi::ErrorType for &ReplayBus<'_> {
     type Error = Infallible;
 }
 
-impl SpiDevice for &ReplayBus {
+impl SpiDevice for &ReplayBus<'_> {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Infallible> {
         for operation in operations {
             if let Operation::Read(buffer)
@@ -108,7 +86,7 @@ impl SpiDevice for &ReplayBus {
             | Operation::TransferInPlace(buffer) = operation
             {
                 let bytes = self.take(buffer.len()).iter().copied();
-                for (place, byte) in buffer.iter_mut().zip(bytes.chain(core::iter::repeat(IDLE))) {
+                for (place, byte) in buffer.iter_mut().zip(bytes.chain(iter::repeat(IDLE))) {
                     *place = byte;
                 }
             }
@@ -117,11 +95,11 @@ impl SpiDevice for &ReplayBus {
     }
 }
 
-impl digital::ErrorType for &ReplayBus {
+impl digital::ErrorType for &ReplayBus<'_> {
     type Error = Infallible;
 }
 
-impl InputPin for &ReplayBus {
+impl InputPin for &ReplayBus<'_> {
     fn is_high(&mut self) -> Result<bool, Infallible> {
         Ok(!self.is_at_end())
     }

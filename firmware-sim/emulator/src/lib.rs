@@ -1,119 +1,95 @@
-//! Runs a controller image in QEMU.
+//! The boards that QEMU emulates: builds programs for them, and runs them.
 
-#[cfg_attr(not(feature = "logs"), path = "no_log.rs")]
-mod log;
-mod machine;
+mod board;
+mod programs;
 
-use std::io;
-use std::path::{Path, PathBuf};
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::io::Read;
+use std::path::Path;
+use std::process::{Child, ChildStdout, Command, ExitStatus, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use thiserror::Error;
+use anyhow::{Context, Result, anyhow, ensure};
 
-use log::Log;
-pub use machine::Machine;
-
-const QEMU: &str = "qemu-system-arm";
+pub use board::{BOARDS, Board};
+pub use programs::{build, root};
 
 /// Interval of polls for the end of the process.
 const POLL: Duration = Duration::from_millis(10);
 
-/// Why the emulated controller does not run.
-#[derive(Debug, Error)]
-pub enum EmulatorError {
-    /// QEMU is not installed.
-    #[error("{QEMU} is not installed: on Debian, as root, `apt-get install {QEMU}`")]
-    NoQemu,
-    /// The image does not exist.
-    #[error("there is no image {}", .0.display())]
-    NoImage(PathBuf),
-    /// QEMU could not be started or polled.
-    #[error("{QEMU}: {0}")]
-    Process(#[source] io::Error),
-    /// The firmware did not end in time.
-    #[error("the firmware has not ended after {} s", .0.as_secs())]
-    TimedOut(Duration),
-    /// The log cannot be decoded.
-    #[cfg(feature = "logs")]
-    #[error("the log of {}: {why}", .image.display())]
-    Log {
-        /// The image.
-        image: PathBuf,
-        /// The error of the decoder.
-        why: String,
-    },
-}
-
-/// A QEMU process with an image. Dropping the value ends it.
-pub struct Emulator {
-    qemu: Child,
-    log: Option<Log>,
-}
+/// A QEMU process with a program. Dropping the value ends it.
+pub struct Emulator(Child);
 
 impl Emulator {
-    /// Starts an image.
+    /// Starts a program.
     ///
-    /// * `serial`: connection of UART 0, as QEMU's option `-serial` takes it.
+    /// * `options`: further options of QEMU.
     ///
     /// # Errors
-    /// [`EmulatorError`] if the image, its log or QEMU is missing.
-    pub fn start(machine: Machine, image: &Path, serial: &str) -> Result<Self, EmulatorError> {
-        if !image.is_file() {
-            return Err(EmulatorError::NoImage(image.to_owned()));
-        }
-        let mut command = Command::new(QEMU);
-        command
-            .args(["-machine", machine.name(), "-cpu", machine.cpu()])
-            .args(["-display", "none", "-monitor", "none", "-serial", serial])
+    /// If the program or QEMU is missing.
+    pub fn start(board: &Board, program: &Path, options: &[&str]) -> Result<Self> {
+        ensure!(program.is_file(), "there is no image {}", program.display());
+        let qemu = Command::new("qemu-system-arm")
+            .args(["-machine", board.machine, "-cpu", board.cpu])
+            .args(["-display", "none", "-monitor", "none", "-serial", "none"])
+            .args(options)
             .args(["-semihosting-config", "enable=on,target=native", "-kernel"])
-            .arg(image)
+            .arg(program)
             .stdin(Stdio::null())
-            .stdout(log::output());
-        let qemu = command.spawn().map_err(|error| match error.kind() {
-            io::ErrorKind::NotFound => EmulatorError::NoQemu,
-            _ => EmulatorError::Process(error),
-        })?;
-        let mut emulator = Self { qemu, log: None };
-        emulator.log = log::follow(&mut emulator.qemu, image)?;
-        Ok(emulator)
+            .stdout(Stdio::piped())
+            .spawn();
+        Ok(Self(qemu.context("cannot start qemu-system-arm; .ci/install-toolchain installs it")?))
     }
 
-    /// The firmware's status, if it has ended.
+    /// The program's output. Read it in a thread: a full pipe stops the emulator.
     ///
     /// # Errors
-    /// [`EmulatorError::Process`].
-    pub fn status(&mut self) -> Result<Option<ExitStatus>, EmulatorError> {
-        self.qemu.try_wait().map_err(EmulatorError::Process)
+    /// After the first call.
+    pub fn stdout(&mut self) -> Result<ChildStdout> {
+        self.0.stdout.take().context("the output is taken")
     }
 
-    /// Waits for the end of the firmware and of its log. Returns the firmware's status.
+    /// Waits for the end of the program.
     ///
     /// # Errors
-    /// [`EmulatorError::TimedOut`] after `limit`, [`EmulatorError::Process`].
-    pub fn wait(&mut self, limit: Duration) -> Result<ExitStatus, EmulatorError> {
+    /// If it has not ended after `limit`.
+    pub fn wait(&mut self, limit: Duration) -> Result<ExitStatus> {
         let end = Instant::now() + limit;
-        let status = loop {
-            match self.status()? {
-                Some(status) => break status,
-                None if Instant::now() >= end => return Err(EmulatorError::TimedOut(limit)),
-                None => thread::sleep(POLL),
+        loop {
+            match self.0.try_wait()? {
+                Some(status) => return Ok(status),
+                None if Instant::now() < end => thread::sleep(POLL),
+                None => return Err(anyhow!("the program has not ended after {limit:?}")),
             }
-        };
-        if let Some(log) = self.log.take() {
-            log.finish();
         }
-        Ok(status)
     }
 }
 
 impl Drop for Emulator {
     fn drop(&mut self) {
         // Both calls fail only if the process has already ended.
-        let _ = self.qemu.kill();
-        let _ = self.qemu.wait();
+        let _ = self.0.kill();
+        let _ = self.0.wait();
     }
+}
+
+/// Runs a program to its end. Returns its output.
+///
+/// # Errors
+/// As [`Emulator::start`] and [`Emulator::wait`]; with the output if the program fails.
+pub fn output(board: &Board, program: &Path, options: &[&str], limit: Duration) -> Result<String> {
+    let mut emulator = Emulator::start(board, program, options)?;
+    let mut stdout = emulator.stdout()?;
+    let reader = thread::spawn(move || {
+        let mut bytes = Vec::new();
+        stdout.read_to_end(&mut bytes).map(|_| bytes)
+    });
+    let status = emulator.wait(limit).with_context(|| program.display().to_string())?;
+    let bytes = reader.join().map_err(|_| anyhow!("reading the output failed"))??;
+    let text = String::from_utf8_lossy(&bytes).into_owned();
+    let name = program.display();
+    ensure!(status.success(), "{name} ended with {status} on {}:\n{text}", board.name);
+    Ok(text)
 }
 
 /// Parses a timeout of a command line: whole seconds, up to a day.

@@ -45,6 +45,7 @@ unsafe extern "C" {
 #[doc(hidden)]
 pub static __INTERRUPTS: [Option<Handler>; VECTORS] = {
     let mut vectors: [Option<Handler>; VECTORS] = [None; VECTORS];
-    vectors[Interrupt::TIMER0 as usize] = Some(TIMER0);
+    let [.., last] = &mut vectors;
+    *last = Some(TIMER0);
     vectors
 };

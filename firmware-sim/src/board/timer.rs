@@ -1,4 +1,4 @@
-//! CMSDK timer 0, which counts down at 25 MHz.
+//! CMSDK timer 0, which counts down.
 
 use vcell::VolatileCell;
 
@@ -28,32 +28,16 @@ impl Timer {
     /// Tick rate, Hz.
     pub const HZ: u32 = 25_000_000;
 
-    /// Counts through all 32 bits without an interrupt. Wraps every 172 s.
-    #[must_use]
-    pub fn start() -> Self {
-        Self::with(u32::MAX, ENABLE)
-    }
-
     /// Interrupts every `ticks` ticks.
     #[must_use]
     pub fn every(ticks: u32) -> Self {
-        Self::with(ticks, ENABLE | INTERRUPT_ENABLE)
-    }
-
-    fn with(reload: u32, control: u32) -> Self {
         // SAFETY: the board has these 32-bit registers at this address, always.
         let registers = unsafe { &*(TIMER0 as *const Registers) };
         registers.control.set(0);
-        registers.reload.set(reload);
-        registers.value.set(reload);
-        registers.control.set(control);
+        registers.reload.set(ticks);
+        registers.value.set(ticks);
+        registers.control.set(ENABLE | INTERRUPT_ENABLE);
         Self { registers }
-    }
-
-    /// Number of ticks since the start of a timer of [`Timer::start`]. Wraps around.
-    #[must_use]
-    pub fn ticks(&self) -> u32 {
-        !self.registers.value.get()
     }
 
     /// Clears the interrupt.

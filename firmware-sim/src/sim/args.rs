@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::Result;
 use clap::{Args, Parser, Subcommand};
-use emulator::{Machine, seconds};
+use emulator::{Board, seconds};
 use rigs::data::Dataset;
 
 /// Run the controller's firmware on this computer, with a recorded data set instead of the matcher.
@@ -145,23 +145,19 @@ pub(super) struct FlightArgs {
 /// Run the same pairs on this computer and on an emulated controller, and compare the results bit for
 /// bit.
 ///
-/// Builds the controller's image and starts it in QEMU. Sends cameras and frames to its UART, where the firmware's
-/// decoder and loop process them. After each pair the controller sends its results: R and t of the pair and of the
-/// estimate, standard deviations, passes, state, verdict, health. This computer runs the same code. Arithmetic is f32
+/// Builds an image with the frames of the data set, and runs it in QEMU. The firmware's decoder and loop process the
+/// frames. After each pair the controller prints a checksum over all that the loop returns, R and t, deviations, passes,
+/// verdict, health, and over the record that restores its state. This computer runs the same code. Arithmetic is f32
 /// on both.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Columns: `bits` is `same` if the results are bit-identical. The other columns are as in the \
-replay (`--help` of the program).
+    after_help = "Needs qemu-system-arm, and a compiler for thumbv7em-none-eabihf that .cargo/for-target finds.
 
-Needs qemu-system-arm, and a compiler for thumbv7em-none-eabihf that .cargo/for-target finds.
-
-Exit status: 0 if every pair is bit-identical, 1 otherwise, or if the controller does not reply.
+Exit status: 0 if every pair is bit-identical, 1 otherwise.
 
 Examples:
-  cargo run --release -- pil opencv_chess_sift
-  cargo run --release -- pil path/to/my_recording --machine mps2-an500
-  cargo run --release --features logs -- pil aloe_sift    # with the controller's log"
+  cargo run --release -- pil
+  cargo run --release -- pil path/to/my_recording --board m7"
 )]
 pub(super) struct PilArgs {
     /// Folder of a data set, or the name of a data set of the project.
@@ -169,15 +165,15 @@ pub(super) struct PilArgs {
     set: PathBuf,
 
     /// Board that QEMU emulates.
-    #[arg(long, value_enum, default_value_t)]
-    pub(super) machine: Machine,
+    #[arg(long, default_value = "m4f", value_parser = Board::parser())]
+    pub(super) board: &'static Board,
 
-    /// Image to run; builds none.
+    /// Image to run, with the frames of the data set; builds none.
     #[arg(long, value_name = "FILE")]
     pub(super) image: Option<PathBuf>,
 
-    /// Timeout of each reply, s.
-    #[arg(long, value_name = "S", default_value = "60", value_parser = seconds)]
+    /// Timeout of the run on the controller, s.
+    #[arg(long, value_name = "S", default_value = "300", value_parser = seconds)]
     pub(super) timeout: Duration,
 }
 

@@ -6,6 +6,7 @@ mod flight;
 mod labels;
 mod pil;
 mod polling;
+mod recorded;
 mod replay;
 mod report;
 

@@ -3,4 +3,3 @@
 mod bus;
 mod command;
 mod readme;
-mod recording;

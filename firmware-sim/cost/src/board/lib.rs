@@ -1,0 +1,24 @@
+//! Measures instructions and stack of the core's calls on an emulated controller.
+//!
+//! Runs in QEMU with `-icount shift=10`. Prints one `name,unit,value` per line over semihosting. Lines that
+//! start with `#` are about single calls.
+
+#![no_std]
+#![cfg(target_os = "none")]
+
+mod calls;
+mod clock;
+mod facade;
+mod frame;
+mod lens;
+mod measurement;
+mod pair;
+mod probe;
+mod scene;
+mod stack;
+mod store;
+mod table;
+mod whole_way;
+
+pub use facade::run as run_facade;
+pub use measurement::measure;
