@@ -75,10 +75,9 @@ fn replaced(text: &str, label: &str, cells: &[String]) -> Result<String> {
     let lines = text.lines().map(|line| {
         let Some(rest) = line.strip_prefix(&format!("| {label} | ")) else { return line.into() };
         found += 1;
-        let rest: Vec<_> =
-            rest.strip_suffix(" |").unwrap_or(rest).split(" | ").skip(cells.len()).collect();
-        let cells = cells.iter().map(String::as_str).chain(rest);
-        format!("| {label} | {} |", cells.collect::<Vec<_>>().join(" | "))
+        let rest: Vec<_> = rest.split(" | ").skip(cells.len()).collect();
+        let end = if rest.is_empty() { " |".into() } else { format!(" | {}", rest.join(" | ")) };
+        format!("| {label} | {}{end}", cells.join(" | "))
     });
     let lines: Vec<String> = lines.collect();
     ensure!(found == 1, "{found} rows `{label}` instead of one");
@@ -182,6 +181,7 @@ mod tests {
         let text = "| | a | b | c | d |\n| push | 7 | 8 | 9 | |\n| other | 7 |\n";
         let updated = "| | a | b | c | d |\n| push | 1 | 2 | 9 | |\n| other | 7 |\n";
         assert_eq!(replaced(text, "push", &cells).unwrap(), updated);
+        assert_eq!(replaced("| push | 7 | 8 |\n", "push", &cells).unwrap(), "| push | 1 | 2 |\n");
         assert!(replaced("| other | 7 |\n", "push", &cells).is_err());
         assert!(replaced(&text.repeat(2), "push", &cells).is_err());
     }
