@@ -86,7 +86,9 @@ mod tests {
         let mut crc = FrameCrc::new(&header);
         let records = &frames[FrameHeader::BYTES..end - FrameCrc::BYTES];
         let (records, []) = records.as_chunks::<{ MatchRecord::BYTES }>() else { panic!() };
-        records.iter().for_each(|record| crc.add(record));
+        for record in records {
+            crc.add(record);
+        }
         frames[end - FrameCrc::BYTES..end].copy_from_slice(&crc.value().to_le_bytes());
         frames
     }

@@ -56,7 +56,7 @@ fn page(table: &Table) -> String {
     for what in whats {
         let cell = |[board, scalar, opt]: Column| table.get([board, scalar, opt, what]).map(cell);
         let cells = columns.map(|column| cell(column).unwrap_or_default());
-        text += &format!("| {what} | {} |\n", cells.join(" | "));
+        text += &["| ", what, " | ", &cells.join(" | "), " |\n"].concat();
     }
     text
 }

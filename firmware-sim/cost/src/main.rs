@@ -14,7 +14,6 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use emulator::{BOARDS, Board};
 
-use measurement::Measured;
 use table::{Row, Table};
 
 /// Measure the core on an emulated controller: instructions and stack of every call, flash and RAM.
@@ -40,7 +39,6 @@ use table::{Row, Table};
   cargo controller-cost --check --board m4f    the same for one board, in half the time
   cargo controller-cost --update        write the table and the documents
   cargo controller-cost --repeat 5      prove that the counts repeat
-  cargo controller-cost --calls         every single call as well
 
 Builds: opt-level 3 and s, fat LTO, one codegen unit, panic=abort (profiles controller and
 controller-size). .ci/install-toolchain installs the compiler and QEMU."
@@ -66,10 +64,6 @@ struct Args {
     /// Number of runs of each program; fail unless all print the same.
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
     repeat: u16,
-
-    /// Print the instructions of every single call before the table.
-    #[arg(long)]
-    calls: bool,
 }
 
 fn main() -> ExitCode {
@@ -91,10 +85,7 @@ fn run(args: &Args) -> Result<()> {
     // Read first, so that a damaged table is an error before minutes of builds.
     let committed = args.check.then(|| Table::read(&table_file())).transpose()?;
     let boards = args.board.map_or_else(|| BOARDS.iter().collect(), |board| vec![board]);
-    let Measured { table, output } = measurement::measure(&boards, args.repeat)?;
-    if args.calls {
-        output.lines().filter(|line| line.starts_with('#')).for_each(|line| println!("{line}"));
-    }
+    let table = measurement::measure(&boards, args.repeat)?;
     print(&table);
     if args.update {
         fs::write(table_file(), table.text())?;
@@ -123,7 +114,9 @@ fn check(
     let is_measured = |row: &&Row| boards.iter().any(|board| board.name == row.key[0]);
     let rows: Vec<_> = committed.rows.iter().filter(is_measured).cloned().collect();
     let changes = compare::changes(&rows, &measured.rows, percent);
-    changes.iter().for_each(|change| println!("{change}"));
+    for change in &changes {
+        println!("{change}");
+    }
     ensure!(changes.is_empty(), "{} figures have changed; --update writes them", changes.len());
     println!("all {} figures are within the bound", measured.rows.len());
     Ok(())

@@ -28,16 +28,10 @@ struct Variant {
     opt: &'static str,
 }
 
-/// The figures of some programs, and all that the programs printed.
-pub(crate) struct Measured {
-    pub(crate) table: Table,
-    pub(crate) output: String,
-}
-
 /// Measures every variant of some boards.
 ///
 /// * `repeat`: runs of each program, which must all print the same.
-pub(crate) fn measure(boards: &[&'static Board], repeat: u16) -> Result<Measured> {
+pub(crate) fn measure(boards: &[&'static Board], repeat: u16) -> Result<Table> {
     let variants = boards
         .iter()
         .flat_map(|&board| PROFILES.map(|(profile, opt)| Variant { board, profile, opt }));
@@ -48,18 +42,16 @@ pub(crate) fn measure(boards: &[&'static Board], repeat: u16) -> Result<Measured
         let join = |thread: ScopedJoinHandle<'_, _>| {
             thread.join().map_err(|_| anyhow!("a measurement panicked"))?
         };
-        threads.into_iter().map(join).collect::<Result<Vec<Measured>>>()
+        threads.into_iter().map(join).collect::<Result<Vec<Table>>>()
     })?;
-    let compiler = all.first().context("no board")?.table.compiler.clone();
-    let same = all.iter().all(|measured| measured.table.compiler == compiler);
+    let compiler = all.first().context("no board")?.compiler.clone();
+    let same = all.iter().all(|table| table.compiler == compiler);
     ensure!(same, "different compilers built the programs");
-    let (rows, output): (Vec<_>, String) =
-        all.into_iter().map(|Measured { table, output }| (table.rows, output)).unzip();
-    Ok(Measured { table: Table { compiler, rows: rows.concat() }, output })
+    Ok(Table { compiler, rows: all.into_iter().flat_map(|table| table.rows).collect() })
 }
 
 impl Variant {
-    fn measure(self, repeat: u16) -> Result<Measured> {
+    fn measure(self, repeat: u16) -> Result<Table> {
         let Self { board, profile, opt } = self;
         let has_sizes = board == &emulator::BOARDS[0];
         let sizes = SIZES.iter().filter(|_| has_sizes).map(|&name| name.to_owned());
@@ -71,14 +63,13 @@ impl Variant {
             cargo.args(sizes.chain(costs).flat_map(|name| ["--bin".into(), name]))
         })?;
         let path = |name: &str| built.get(name).with_context(|| format!("cargo built no {name}"));
-        let (mut rows, mut output, mut compiler) = (Vec::new(), String::new(), None);
+        let (mut rows, mut compiler) = (Vec::new(), None);
         for scalar in board.scalars {
             let program = path(&format!("cost-{scalar}"))?;
             eprintln!("runs {scalar} on {}, opt-level {opt}", board.name);
             let text = repeated(board, program, repeat)?;
             rows.extend(printed(&text, [board.name, scalar, opt])?);
             compiler = Some(compiler_of(program)?);
-            output += &text;
         }
         if has_sizes {
             let [bare, facade, store] = SIZES.map(|name| path(name).and_then(|path| size(path)));
@@ -87,7 +78,7 @@ impl Variant {
             rows.extend(all.map(row));
         }
         let compiler = compiler.context("the board has no scalar")?;
-        Ok(Measured { table: Table { compiler, rows }, output })
+        Ok(Table { compiler, rows })
     }
 }
 
@@ -102,8 +93,7 @@ fn repeated(board: &Board, program: &Path, repeat: u16) -> Result<String> {
 
 /// The rows that a program printed.
 fn printed(text: &str, [board, scalar, opt]: [&str; 3]) -> Result<Vec<Row>> {
-    let lines = text.lines().filter(|line| !line.starts_with('#'));
-    lines
+    text.lines()
         .map(|line| {
             let fields: Vec<_> = line.split(',').collect();
             let [what, unit, value] = *fields.as_slice() else {
@@ -162,8 +152,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn rows_are_parsed_and_comments_skipped() {
-        let rows = printed("# locked\npush,instructions,365\n", ["m7", "f64", "s"]).unwrap();
+    fn rows_are_parsed() {
+        let rows = printed("push,instructions,365\n", ["m7", "f64", "s"]).unwrap();
         assert_eq!(rows, [Row::new(["m7", "f64", "s", "push"], "instructions", 365)]);
     }
 

@@ -57,6 +57,7 @@ impl Board {
     }
 
     /// Parses a board of a command line.
+    #[must_use]
     pub fn parser() -> impl TypedValueParser<Value = &'static Self> {
         let names = BOARDS.iter().map(|board| PossibleValue::new(board.name).alias(board.machine));
         PossibleValuesParser::new(names)

@@ -44,7 +44,7 @@ mod tests {
     use firmware_sim::recording::{FRAMES, factory, pairs};
 
     #[test]
-    fn the_recording_in_the_image_is_that_of_the_data_set() {
+    fn the_image_has_the_recording_of_the_data_set() {
         let set = Dataset::load(&Dataset::shipped().join("opencv_chess_sift")).unwrap();
         let recorded = Recorded::of(&set).unwrap();
         if std::env::var_os("UPDATE_EXPECT").is_some() {

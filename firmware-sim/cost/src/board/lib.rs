@@ -1,7 +1,6 @@
 //! Measures instructions and stack of the core's calls on an emulated controller.
 //!
-//! Runs in QEMU with `-icount shift=10`. Prints one `name,unit,value` per line over semihosting. Lines that
-//! start with `#` are about single calls.
+//! Runs in QEMU with `-icount shift=10`. Prints one `name,unit,value` per line over semihosting.
 
 #![no_std]
 #![cfg(target_os = "none")]

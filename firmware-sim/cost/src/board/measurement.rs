@@ -13,7 +13,7 @@ use crate::pair::{self, Calls, PairCost};
 use crate::probe::{Probe, Sample};
 use crate::scene::{HEADER, Rig, Scene};
 use crate::store;
-use crate::table::{comment, row};
+use crate::table::row;
 use crate::whole_way;
 
 /// Half a batch: the difference to a whole one gives the cost per correspondence.
@@ -166,7 +166,6 @@ fn paper<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
 
 /// Measures all states, from the first pair to `Lost` and back to `Locked`.
 fn states<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
-    comment("all states");
     let mut run = Run::<T>::begin(probe, records);
     run.acquire();
     run.track();

@@ -6,7 +6,6 @@ use stereo_selfcal::{Correspondence, Scalar, State};
 use crate::calls::{self, CalibratorOf};
 use crate::probe::{Probe, Sample};
 use crate::scene::HEADER;
-use crate::table::comment;
 
 /// Largest number of calls per pair, more than any pair takes.
 const MAX_CALLS: usize = 256;
@@ -92,30 +91,24 @@ pub(crate) fn process<T: Scalar>(
     records: &[MatchRecord],
 ) -> PairCost {
     let push = fill(probe, calibrator, records);
-    let mut cost = update(probe, calibrator, records.len());
+    let mut cost = update(probe, calibrator);
     cost.calls.push = push;
     cost
 }
 
-/// Processes a batch of `count` matches, and applies the proposal if possible.
-pub(crate) fn update<T: Scalar>(
-    probe: &Probe,
-    calibrator: &mut CalibratorOf<T>,
-    count: usize,
-) -> PairCost {
+/// Processes the batch, and applies the proposal if possible.
+pub(crate) fn update<T: Scalar>(probe: &Probe, calibrator: &mut CalibratorOf<T>) -> PairCost {
     let state = calibrator.state();
     let mut calls = Calls::default();
     let (mut outcome, sample) = probe.run(|| calls::advance(calibrator));
     calls.begin = sample;
     let mut update = sample.instructions;
     let mut second = 0;
-    comment(format_args!("{state} {count} begin {update}"));
     for call in 0..MAX_CALLS {
         if outcome.is_some() {
             break;
         }
         let (advanced, sample) = probe.run(|| calls::advance(calibrator));
-        comment(format_args!("  advance {}", sample.instructions));
         update += sample.instructions;
         if call == 0 {
             second = sample.instructions;
@@ -129,13 +122,9 @@ pub(crate) fn update<T: Scalar>(
             calls.last = sample;
         }
     }
-    if let Some(Err(why)) = outcome.map(|outcome| outcome.fused) {
-        comment(format_args!("  {why}"));
-    }
     calls.health = probe.run(|| calls::health(calibrator)).1;
     calls.proposal = probe.run(|| calls::proposal(calibrator)).1;
     calls.apply = probe.run(|| calls::apply(calibrator)).1;
-    comment(format_args!("  update {update}, {} after it", calibrator.state()));
     PairCost { state, update, second, calls }
 }
 

@@ -8,8 +8,3 @@ use cortex_m_semihosting::hprintln;
 pub(crate) fn row(name: impl Display, unit: &str, value: u32) {
     hprintln!("{},{},{}", name, unit, value);
 }
-
-/// Prints a line that is not a row.
-pub(crate) fn comment(text: impl Display) {
-    hprintln!("# {}", text);
-}

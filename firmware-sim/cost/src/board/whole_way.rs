@@ -9,7 +9,7 @@ use crate::lens;
 use crate::pair;
 use crate::probe::Probe;
 use crate::scene::{Rig, Scene};
-use crate::table::{comment, row};
+use crate::table::row;
 
 /// Matches of a frame from an FPGA matcher.
 const MATCHES: usize = 1000;
@@ -36,7 +36,6 @@ struct Way<'a, T: Scalar> {
 /// If the estimate does not lock, or loses the lock.
 #[expect(clippy::large_stack_arrays, reason = "there is no heap to put them on")]
 pub(crate) fn measure<T: Scalar>(probe: &Probe) {
-    comment(format_args!("frames of {MATCHES} matches"));
     let factory = FactoryCalibration::guess(lens::pinholes());
     let calibrator = CalibratorOf::new(Config::robust(), &factory);
     let mut way = Way::<T> {
@@ -75,7 +74,6 @@ impl<T: Scalar> Way<'_, T> {
         let mut rest = bytes.as_slice();
         let (fed, sample) = probe.run(|| calls::feed(decoder, &mut rest, calibrator));
         assert_eq!(fed, Ok(Some(Received { header, taken: CAPACITY })));
-        comment(format_args!("  wire to batch {}", sample.instructions));
-        sample.instructions + pair::update(probe, calibrator, CAPACITY).update
+        sample.instructions + pair::update(probe, calibrator).update
     }
 }
