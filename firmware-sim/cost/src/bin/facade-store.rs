@@ -3,6 +3,8 @@
 #![no_std]
 #![no_main]
 
+#[path = "facade/calls.rs"]
+mod calls;
 #[path = "proof/store.rs"]
 mod store;
 
@@ -12,7 +14,7 @@ use panic_halt as _;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    cost::run_facade(store::all)
+    calls::run(store::all)
 }
 
 /// Keeps a result from being optimised away.

@@ -7,7 +7,6 @@
 
 mod calls;
 mod clock;
-mod facade;
 mod frame;
 mod lens;
 mod measurement;
@@ -19,5 +18,4 @@ mod store;
 mod table;
 mod whole_way;
 
-pub use facade::run as run_facade;
 pub use measurement::measure;

@@ -3,9 +3,11 @@
 #![no_std]
 #![no_main]
 
+mod calls;
+
 use panic_halt as _;
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    cost::run_facade(|_| ())
+    calls::run(|_| ())
 }

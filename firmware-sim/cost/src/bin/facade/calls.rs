@@ -11,7 +11,7 @@ use stereo_selfcal::{
 type Rig = Calibrator<f32, 256>;
 
 /// Calls the facade of a static calibrator, and `also`, without an end.
-pub fn run(also: impl Fn(&mut Rig)) -> ! {
+pub(crate) fn run(also: impl Fn(&mut Rig)) -> ! {
     static CALIBRATOR: StaticCell<Rig> = StaticCell::new();
     let factory = loop {
         if let Some(cameras) = cameras() {
