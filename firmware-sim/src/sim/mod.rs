@@ -17,7 +17,6 @@ use anyhow::{Context, Result};
 use clap::Parser;
 use firmware_sim::App;
 use page::run::plot;
-use sim::is_broken_pipe;
 use stereo_selfcal::Scalar;
 use test_support::wire::Wire;
 
@@ -26,15 +25,7 @@ use polling::driver;
 
 /// Runs the program with the arguments of the process.
 pub(crate) fn main() -> ExitCode {
-    match run(&Cli::parse(), &mut io::stdout()) {
-        Ok(code) => code,
-        // The program that reads the output has closed it: no error.
-        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
-        Err(error) => {
-            eprintln!("error: {error:#}");
-            ExitCode::FAILURE
-        }
-    }
+    ::sim::exit(run(&Cli::parse(), &mut io::stdout()))
 }
 
 /// Runs the command of the command line.

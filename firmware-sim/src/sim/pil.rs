@@ -7,7 +7,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use firmware_sim::checksums;
-use host_tests::data::Dataset;
+use rigs::data::Dataset;
 
 use super::args::PilArgs;
 use super::recorded::Recorded;

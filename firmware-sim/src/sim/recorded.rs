@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Result};
-use host_tests::data::Dataset;
-use host_tests::wire::Sender;
+use rigs::data::Dataset;
+use sim::wire::Sender;
 use stereo_selfcal::FactoryCalibration;
 
 pub(super) struct Recorded {

@@ -20,8 +20,7 @@ pub fn exit(outcome: Result<ExitCode>) -> ExitCode {
 }
 
 /// Whether an error is due to a closed output, as with `| head`.
-#[must_use]
-pub fn is_broken_pipe(error: &Error) -> bool {
+fn is_broken_pipe(error: &Error) -> bool {
     let kind = error.downcast_ref::<io::Error>().map(io::Error::kind);
     kind == Some(io::ErrorKind::BrokenPipe)
 }

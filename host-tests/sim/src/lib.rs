@@ -7,7 +7,7 @@ pub mod stats;
 pub mod synth;
 pub mod wire;
 
-pub use exit::{exit, is_broken_pipe};
+pub use exit::exit;
 
 /// The Rust code of the README, compiled.
 #[cfg(doctest)]
