@@ -4,9 +4,8 @@
 mod args;
 mod commands;
 #[cfg(feature = "images")]
-mod images_page;
-#[cfg(feature = "images")]
-mod live;
+mod over_images;
+mod stream;
 
 use std::process::ExitCode;
 

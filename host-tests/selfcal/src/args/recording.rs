@@ -7,9 +7,9 @@ use clap::Args;
 use rigs::data::{Dataset, Meta, Turn, TurnedCamera, TurnedView};
 use rigs::read_rig;
 
-use super::choice;
-use super::input::Streamed;
+use super::parse::choice;
 use super::rig::RigArgs;
+use crate::stream::Streamed;
 
 /// A recorded data set, or a recorded stream of frames.
 #[derive(Debug, Args)]

@@ -1,9 +1,9 @@
-//! The rig of a command, and values that its files may lack.
+//! Values that the files of a rig may lack.
 
 use clap::Args;
 use rigs::formats::Unknowns;
 
-use super::numbers::{numbers, sizes};
+use super::parse::{numbers, sizes};
 
 /// Values that rig files may lack.
 #[derive(Debug, Clone, Default, Args)]

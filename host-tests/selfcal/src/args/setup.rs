@@ -13,7 +13,7 @@ use sim::run::{Apply, Capacity, Feed, LensTracking, RunLog, Step, replay_pairs};
 use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{Config, Extrinsics, Scalar};
 
-use super::choice;
+use super::parse::choice;
 
 /// Settings of the calibrator.
 #[derive(Debug, Args)]

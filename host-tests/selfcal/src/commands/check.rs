@@ -1,7 +1,6 @@
 //! `selfcal check`.
 
 use std::io::{self, Write};
-use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -9,7 +8,7 @@ use clap::Args;
 use images::score::{Candidate, Scores};
 use images::verdict::Report;
 
-use crate::args::images::{Ran, SourceArgs};
+use crate::over_images::{Ran, SourceArgs, name};
 
 /// Report in one line and by exit status whether a rig still fits its calibration, for a production line or a nightly
 /// job.
@@ -66,9 +65,6 @@ impl CheckArgs {
         if rigs.len() < 2 && !self.hold_out {
             return Ok(None);
         }
-        let name = |files: &[PathBuf]| {
-            files.iter().map(|file| file.display().to_string()).collect::<Vec<_>>().join(" ")
-        };
         let first =
             rigs.first().map_or_else(|| "the rig of the images".into(), |files| name(files));
         let mut all = vec![Candidate { name: first, rig: ran.session.set.meta.clone() }];

@@ -10,7 +10,7 @@ use rigs::formats::{Document, Format};
 use sim::run::{Apply, Feed};
 use stereo_selfcal::State;
 
-use crate::args::choice;
+use crate::args::parse::choice;
 use crate::args::recording::Source;
 use crate::args::setup::Setup;
 

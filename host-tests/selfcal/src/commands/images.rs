@@ -3,13 +3,13 @@
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use crate::images_page as page;
+use crate::over_images::page;
 use anyhow::{Result, ensure};
 use clap::Args;
 use images::verdict::Report;
 use rigs::formats::{Document, Format};
 
-use crate::args::images::{Ran, SourceArgs};
+use crate::over_images::{Ran, SourceArgs};
 
 /// From images to the calibrated rig: match every pair, run the calibrator over the matches, and report how far the rig
 /// is off.
@@ -112,9 +112,7 @@ impl ImagesArgs {
             written.extend(rigs(ran, dir)?);
         }
         if let Some(dir) = &self.report {
-            let arguments: Vec<String> = std::env::args().skip(1).collect();
-            let command = format!("selfcal {}", arguments.join(" "));
-            written.push(("page", page::write(&ran.session, report, &command, dir)?));
+            written.push(("page", page::write(&ran.session, report, dir)?));
         }
         Ok(written)
     }

@@ -3,6 +3,7 @@
 #[cfg(feature = "images")]
 mod check;
 mod export;
+mod generate;
 #[cfg(feature = "images")]
 mod images;
 mod import;
@@ -26,7 +27,9 @@ pub(crate) enum Command {
     Import(import::ImportArgs),
     Export(export::ExportArgs),
     Record(record::RecordArgs),
-    Synth(Box<synth::SynthArgs>),
+    Synth(synth::SynthArgs),
+    Completions(generate::CompletionsArgs),
+    Man(generate::ManArgs),
 }
 
 impl Command {
@@ -45,7 +48,15 @@ impl Command {
             Self::Export(args) => export::export(args)?,
             Self::Record(args) => record::record(args)?,
             Self::Synth(args) => synth::synth(args)?,
+            Self::Completions(args) => generate::completions(args)?,
+            Self::Man(args) => generate::man(args)?,
         }
         Ok(ExitCode::SUCCESS)
     }
+}
+
+/// The command line, for a page.
+pub(crate) fn called() -> String {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    format!("selfcal {}", arguments.join(" "))
 }

@@ -9,7 +9,7 @@ use clap::Args;
 use rigs::data::Dataset;
 use sim::wire::{Faults, FaultyWire, Sender, Sent};
 
-use crate::args::faults::FaultArgs;
+use crate::args::parse::share;
 
 /// Write a data set as the bytes that a matcher sends, frame after frame, for `selfcal replay FILE` or your own
 /// receiver; optionally over a wire with faults.
@@ -30,8 +30,26 @@ pub(crate) struct RecordArgs {
     #[arg(value_name = "FILE")]
     file: PathBuf,
 
-    #[command(flatten)]
-    faults: FaultArgs,
+    /// Share of the frames that are damaged: flipped bits, lost, inserted or repeated bytes, an overwritten run, a
+    /// missing end.
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0)]
+    damaged: f64,
+
+    /// Share of the frames that never arrive.
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0)]
+    dropped: f64,
+
+    /// Share of the frames that arrive twice.
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0)]
+    repeated: f64,
+
+    /// Share of the frames that are followed by idle bytes or noise.
+    #[arg(long, value_name = "SHARE", value_parser = share, default_value_t = 0.0)]
+    noise_after: f64,
+
+    /// Seed of the faults.
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
 }
 
 /// Runs `selfcal record`.
@@ -39,7 +57,8 @@ pub(crate) fn record(args: &RecordArgs) -> Result<()> {
     let set = Dataset::find(&args.set)?;
     ensure!(!args.file.exists(), "{} exists: nothing is overwritten", args.file.display());
     let sender = Sender::of(&set)?;
-    let mut wire = FaultyWire::new(args.faults.faults(Faults::NONE), args.faults.seed);
+    let RecordArgs { damaged, dropped, repeated, noise_after, .. } = *args;
+    let mut wire = FaultyWire::new(Faults { damaged, dropped, repeated, noise_after }, args.seed);
     let (mut bytes, mut left_out) = (Vec::new(), 0);
     let [mut intact, mut damaged, mut dropped, mut repeated] = [0; 4];
     for (sequence, pair) in (0..).zip(&set.pairs) {

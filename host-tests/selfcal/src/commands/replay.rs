@@ -1,12 +1,23 @@
 //! `selfcal replay`.
 
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
 use anyhow::{Result, ensure};
 use clap::Args;
-use rigs::data::ranges::Ranges;
-use rigs::data::{depths, tracked};
+use indicatif::ProgressBar;
+use page::run::Replayed;
+use rigs::data::depths::{self, TrueDepth};
+use rigs::data::ranges::{self, Ranges};
+use rigs::data::{Dataset, tracked};
+use sim::run::progress;
+use sim::run::{Apply, DepthErrors, Feed, KeptPairs, RunLog, Step, trace};
 
+use super::called;
+use crate::args::parse::choice;
 use crate::args::recording::{Recording, Source};
-use crate::args::run::RunArgs;
+use crate::args::setup::Setup;
+use crate::stream::Streamed;
 
 /// Feed a recorded data set, or a recorded stream of frames, to the calibrator, pair by pair, and compare the estimate
 /// with the reference, if there is one.
@@ -60,24 +71,145 @@ pub(crate) struct ReplayArgs {
     source: Source,
 
     #[command(flatten)]
-    run: RunArgs,
+    setup: Setup,
+
+    /// When the estimate is applied.
+    #[arg(long, value_parser = choice::<Apply>(), default_value_t = Apply::Never)]
+    apply: Apply,
+
+    /// Points at known distances: a CSV file with the columns pair,u,v,range_m,sd_m,along and optionally ur,vr. pair:
+    /// from 0; u, v: pixel of the left image; along: ray or axis; ur, vr: the same point in the right image; without
+    /// them a match within 3 px of u, v tells it. The points tell yaw from the lens, and need baseline_m.
+    #[arg(long, value_name = "FILE")]
+    ranges: Option<PathBuf>,
+
+    /// Use the tracked matches of quads/NNNN.csv (ul1,vl1,ur1,vr1,ul2,vl2,ur2,vr2): matches of pair NNNN and the same
+    /// matches in a later pair, after a motion of the rig. They tell yaw from the lens.
+    #[arg(long)]
+    motion: bool,
+
+    /// Print only one JSON object. Angles in rad, R row-major. correction is added to the right camera (focal:
+    /// relative, k1): R and t belong to the corrected cameras.
+    #[arg(long)]
+    json: bool,
+
+    /// Write one row for each pair into this file: pair, state, verdict, armed, doubt, matches, fit, rms_px_in_use,
+    /// rms_px_proposed, sd_rotation, sd_translation, the estimate (r11..r33,t1,t2,t3) and the extrinsics in use after
+    /// the pair (u11..u33,v1,v2,v3). The health behind armed, fit and both RMS is read before the estimate is applied.
+    /// If a lens was corrected, the corrections of the right camera follow: of the estimate (focal,k1) and in use
+    /// (used_focal,used_k1). Angles in rad. A file of an earlier run is replaced.
+    #[arg(long, value_name = "FILE")]
+    trace: Option<PathBuf>,
+
+    /// Write a page of the run into this folder: index.html with states, row offsets, errors, coverage
+    /// and the estimates on their spheres, its numbers in csv/, and the calibrated rig for OpenCV, Kalibr
+    /// and ROS in rig/. Files of an earlier page are replaced.
+    #[arg(long, value_name = "DIR")]
+    report: Option<PathBuf>,
 }
 
 /// Runs `selfcal replay`.
 pub(crate) fn replay(args: &ReplayArgs) -> Result<()> {
     match args.source.open()? {
         Recording::Held(set) => {
+            let turned = args.source.is_turned();
+            ensure!(!(turned && args.motion), "--motion: the tracks belong to the unturned views");
             let (place, pairs) = (args.source.place(), set.pairs.len());
-            let is_turned = args.source.is_turned();
-            let depths = if is_turned { None } else { depths::read(place, pairs)? };
-            ensure!(
-                !(is_turned && args.run.uses_motion()),
-                "--motion: the tracks belong to the unturned views"
-            );
-            let tracks =
-                if args.run.uses_motion() { tracked::read(place, pairs)? } else { Vec::new() };
-            args.run.run_with(&set, depths.as_deref(), (Ranges::new(), tracks))
+            let depths = if turned { None } else { depths::read(place, pairs)? };
+            args.run(&set, depths.as_deref(), Some(place))
         }
-        Recording::Streamed(stream) => args.run.run_streamed(stream),
+        Recording::Streamed(stream) => args.run_streamed(stream),
+    }
+}
+
+impl ReplayArgs {
+    /// Runs the calibrator over a data set and prints the result.
+    ///
+    /// * `tracks`: folder of the tracked matches.
+    fn run(
+        &self,
+        set: &Dataset,
+        depths: Option<&[Vec<TrueDepth>]>,
+        tracks: Option<&Path>,
+    ) -> Result<()> {
+        let (name, count) = (&set.name, set.pairs.len());
+        let tracks = match tracks.filter(|_| self.motion) {
+            Some(place) => tracked::read(place, count)?,
+            None => Vec::new(),
+        };
+        let bar = progress::over(count, "pairs");
+        let feed = Feed::of(set)?;
+        let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));
+        let feed = Feed { pairs, ranges: self.ranges()?, tracks, ..feed };
+        let log =
+            self.calibrate(&format!("{count} pairs of {name}: {}", set.meta.source), feed, &bar)?;
+        self.print(set, depths, &log)
+    }
+
+    /// As [`Self::run`], over pairs that arrive one by one. All pairs are held in memory only for a page.
+    fn run_streamed(&self, stream: Streamed) -> Result<()> {
+        if self.report.is_some() {
+            return self.run(&stream.collect()?, None, None);
+        }
+        let Streamed { name, meta, pairs, bar } = stream;
+        let mut kept = KeptPairs::default();
+        let pairs = pairs.inspect(|pair| pair.iter().for_each(|pair| kept.offer(pair)));
+        let feed = Feed {
+            rig: &meta,
+            truths: Vec::new(),
+            pairs: Box::new(pairs),
+            ranges: self.ranges()?,
+            tracks: Vec::new(),
+            brief: self.trace.is_none(),
+        };
+        let log = self.calibrate(&format!("pairs of {name}: {}", meta.source), feed, &bar)?;
+        let set = Dataset { name, meta, pairs: kept.into_pairs(), rigs: Vec::new() };
+        self.print(&set, None, &log)
+    }
+
+    fn ranges(&self) -> Result<Ranges> {
+        self.ranges.as_deref().map(ranges::read).transpose().map(Option::unwrap_or_default)
+    }
+
+    fn print(&self, set: &Dataset, depths: Option<&[Vec<TrueDepth>]>, log: &RunLog) -> Result<()> {
+        if let Some(file) = &self.trace {
+            trace::write(file, log.steps())?;
+        }
+        let mut summary = log.summary(set)?;
+        if let Some(depths) = depths {
+            summary.depth = DepthErrors::of(set, depths, log)?;
+        }
+        let mut out = io::stdout();
+        let page = Replayed { set, log, depth: summary.depth, command: &called() };
+        let page = self.report.as_ref().map(|dir| page.write(dir)).transpose()?;
+        if self.json {
+            writeln!(out, "{}", serde_json::to_string_pretty(&summary)?)?;
+        } else {
+            writeln!(out, "\n{summary}")?;
+            if let Some(path) = page {
+                writeln!(out, "page               {}", path.display())?;
+            }
+        }
+        log.try_fused()?;
+        Ok(())
+    }
+
+    fn calibrate(&self, title: &str, feed: Feed<'_>, bar: &ProgressBar) -> Result<RunLog> {
+        let mut out = io::stdout();
+        if !self.json {
+            writeln!(out, "{title}")?;
+            writeln!(out, "pair {}", Step::HEADING)?;
+        }
+        let mut lines = 0..;
+        let mut written = Ok(());
+        let each = |step: &Step| {
+            if let (false, Some(i), Ok(())) = (self.json, lines.next(), &written) {
+                written = bar.suspend(|| writeln!(out, "{i:>4} {step}"));
+            }
+        };
+        let log = self.setup.replay(feed, self.apply, each);
+        bar.finish_and_clear();
+        written?;
+        log
     }
 }

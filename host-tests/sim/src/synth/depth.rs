@@ -4,9 +4,15 @@ use anyhow::{Result, ensure};
 use nalgebra::Vector3;
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// Depth of the points along the left optical axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(
+    untagged,
+    deny_unknown_fields,
+    expecting = "expected [nearest, farthest], {near, share, far} or {on_axis, slope}"
+)]
 pub enum Depth {
     /// Log-uniform from the nearest to the farthest, in baselines.
     LogUniform([f64; 2]),
@@ -51,15 +57,6 @@ impl Depth {
             }
         }
         Ok(())
-    }
-
-    /// The depths in another range, in baselines: a mixture changes its far points, and a plane becomes log-uniform.
-    #[must_use]
-    pub fn within(self, range: [f64; 2]) -> Self {
-        match self {
-            Self::Mixture { near, share, .. } => Self::Mixture { near, share, far: range },
-            Self::LogUniform(_) | Self::Plane { .. } => Self::LogUniform(range),
-        }
     }
 
     /// The near and the far part of a mixture, or the depth itself.

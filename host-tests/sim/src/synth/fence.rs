@@ -1,13 +1,13 @@
 //! Matches on a repeated structure: a fence, whose pickets the matcher confuses.
 
-use std::str::FromStr;
-
 use anyhow::{Result, ensure};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// Matches that agree with each other, but not with the scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Fence {
     /// Share of all matches, 0 to 1.
     pub share: f64,
@@ -15,6 +15,7 @@ pub struct Fence {
     pub across_px: f64,
     /// Whether the fence covers only a part of the image: half of the width and two thirds of the height, at a new
     /// place in each pair.
+    #[serde(default)]
     pub local: bool,
 }
 
@@ -61,42 +62,5 @@ impl Place {
                 (0.0..LOCAL[i] * f64::from(size[i])).contains(&into)
             })
         })
-    }
-}
-
-impl FromStr for Fence {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let mut parts = text.split(',');
-        let mut number = || parts.next().and_then(|part| part.trim().parse::<f64>().ok());
-        let fence = number().zip(number());
-        let (share, across_px) = fence.ok_or("expected SHARE,PX or SHARE,PX,local")?;
-        let local = match parts.next() {
-            None => false,
-            Some("local") => true,
-            Some(other) => return Err(format!("expected local, not {other}")),
-        };
-        if parts.next().is_some() {
-            return Err("expected SHARE,PX or SHARE,PX,local".into());
-        }
-        let fence = Self { share, across_px, local };
-        fence.check().map_err(|error| error.to_string())?;
-        Ok(fence)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_option_is_a_share_an_offset_and_a_place() {
-        let fence = |local| Ok(Fence { share: 0.4, across_px: -8.0, local });
-        assert_eq!("0.4,-8".parse(), fence(false));
-        assert_eq!("0.4,-8,local".parse(), fence(true));
-        for wrong in ["0.4", "", "1.4,8", "0.4,inf", "0.4,8,here", "0.4,8,local,8"] {
-            assert!(wrong.parse::<Fence>().is_err(), "{wrong}");
-        }
     }
 }

@@ -1,13 +1,13 @@
 //! The grid of a matcher's coordinates.
 
-use std::str::FromStr;
-
 use anyhow::{Result, ensure};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
+use serde::{Deserialize, Serialize};
 
 /// Possible places of keypoints, in both images.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Grid {
     /// Anywhere.
     #[default]
@@ -58,21 +58,6 @@ pub(crate) fn rounded(x: f64, step: f64, last: f64) -> f64 {
     if step == 0.0 { x } else { (x / step).round().min((last / step).floor()) * step }
 }
 
-impl FromStr for Grid {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        match text {
-            "continuous" => Ok(Self::Continuous),
-            "pyramid" => Ok(Self::Pyramid),
-            _ => text
-                .parse()
-                .map(Self::Pixels)
-                .map_err(|_| "continuous, pyramid or a number of px is needed".into()),
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -91,11 +76,7 @@ mod tests {
     }
 
     #[test]
-    fn a_grid_is_read_from_its_name_or_its_step() {
-        assert_eq!("continuous".parse(), Ok(Grid::Continuous));
-        assert_eq!("0.25".parse(), Ok(Grid::Pixels(0.25)));
-        assert_eq!("pyramid".parse(), Ok(Grid::Pyramid));
-        assert!("fine".parse::<Grid>().is_err());
+    fn a_step_outside_of_its_range_is_refused() {
         assert!(Grid::Pixels(0.0).check().is_err() && Grid::Pixels(f64::NAN).check().is_err());
     }
 }

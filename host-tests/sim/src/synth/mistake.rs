@@ -2,13 +2,13 @@
 
 use std::mem;
 
-use strum::{Display, EnumMessage, EnumString, VariantArray};
+use serde::{Deserialize, Serialize};
 
 use rigs::data::Match;
 
 /// A mistake in all matches.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Display, EnumMessage, EnumString, VariantArray)]
-#[strum(serialize_all = "kebab-case")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Mistake {
     /// Left and right are exchanged.
     Exchanged,

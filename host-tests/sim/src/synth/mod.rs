@@ -13,6 +13,7 @@ mod scenario;
 mod scenario_kind;
 mod scene;
 mod scene_dataset;
+mod scene_file;
 mod witness;
 
 pub use depth::Depth;
@@ -25,4 +26,5 @@ pub use rig::{five_degrees_off, rig};
 pub use scenario::{Scenario, ScenarioPair};
 pub use scenario_kind::ScenarioKind;
 pub use scene::{Scene, SynthPair};
+pub use scene_file::SceneFile;
 pub use witness::{Motion, Rangefinder, Witnessed, Witnesses};

@@ -1,5 +1,6 @@
 //! Names of scenarios, and the scene of each.
 
+use serde::{Deserialize, Serialize};
 use strum::{Display, EnumMessage, EnumString, VariantArray};
 
 use super::depth::Depth;
@@ -11,8 +12,20 @@ pub(super) const NARROW_BAND: f64 = 0.15;
 
 /// Name of a scenario.
 #[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Default, Display, EnumMessage, EnumString, VariantArray,
+    Debug,
+    Clone,
+    Copy,
+    PartialEq,
+    Eq,
+    Default,
+    Display,
+    EnumMessage,
+    EnumString,
+    VariantArray,
+    Serialize,
+    Deserialize,
 )]
+#[serde(rename_all = "kebab-case")]
 #[strum(serialize_all = "kebab-case")]
 pub enum ScenarioKind {
     /// Points 3 to 80 baselines away.

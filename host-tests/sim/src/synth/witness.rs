@@ -1,10 +1,12 @@
 //! Measurements that a vehicle makes in addition to the pairs: ranges, and matches tracked over its motion. They
 //! separate the yaw of the mount from the apparent yaw of the lenses.
 
+use anyhow::{Result, ensure};
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
+use serde::{Deserialize, Serialize};
 use stereo_selfcal::depth::{Range, RangeReading};
 
 use super::scene::{Scene, SynthPair};
@@ -18,7 +20,8 @@ const STREAM: u64 = 2;
 
 /// A laser rangefinder at the left camera, aimed at a point that the matcher sees. It gives a reading at every tenth
 /// pair.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Rangefinder {
     /// Length of the baseline, m.
     pub baseline_m: f64,
@@ -29,7 +32,8 @@ pub struct Rangefinder {
 }
 
 /// Motion of the vehicle before every tenth pair, over which the matches are tracked.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Motion {
     /// Distance along the left optical axis, in baselines.
     pub travel: f64,
@@ -44,6 +48,26 @@ pub struct Witnesses {
     pub rangefinder: Option<Rangefinder>,
     /// Tracked matches.
     pub motion: Option<Motion>,
+}
+
+impl Witnesses {
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// Names the witness that is out of range.
+    pub(super) fn check(&self) -> Result<()> {
+        if let Some(Rangefinder { baseline_m, sd, nearer }) = self.rangefinder {
+            let baseline = baseline_m > 0.0 && baseline_m.is_finite();
+            ensure!(baseline, "rangefinder: baseline_m must be above 0");
+            ensure!((0.001..=0.3).contains(&sd), "rangefinder: sd must be from 0.001 to 0.3");
+            ensure!((0.0..=1.0).contains(&nearer), "rangefinder: nearer must be from 0 to 1");
+        }
+        if let Some(Motion { travel, turn_deg }) = self.motion {
+            ensure!(travel.abs() <= 1000.0, "motion: travel must be at most 1000 baselines");
+            ensure!(turn_deg.abs() <= 180.0, "motion: turn_deg must be at most 180 degrees");
+        }
+        Ok(())
+    }
 }
 
 /// Measurements of the witnesses after one pair.

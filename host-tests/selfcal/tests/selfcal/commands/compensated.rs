@@ -4,12 +4,14 @@ use std::fs;
 use std::path::Path;
 
 use serde_json::Value;
+use tempfile::TempDir;
 
-use crate::call::{failure, json, stdout};
+use crate::call::{failure, json, scene, stdout};
 
 /// A right camera whose focal length is 0.5 % longer than the data say.
-const WRONG: [&str; 6] = ["synth", "--pairs", "40", "--lens-error", "f_r=0.5%", "--seed"];
-const SEED: &str = "3";
+fn wrong(pairs: &str) -> (TempDir, String) {
+    scene("scene: near\nlens_errors: f_r=0.5%", &["--pairs", pairs, "--seed", "3"])
+}
 
 const COMPENSATE: [&str; 4] = ["--lens", "compensate", "--apply", "each"];
 
@@ -17,15 +19,15 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap()
 }
 
-/// A run of the generated scene.
-fn synth(options: &[&str]) -> Vec<&'static str> {
-    [&WRONG[..], &[SEED], options].concat().into_iter().map(|s| &*s.to_owned().leak()).collect()
+fn run<'a>(set: &'a str, options: &[&'a str]) -> Vec<&'a str> {
+    [&["replay", set], options].concat()
 }
 
 #[test]
 fn rows_belong_to_the_corrected_cameras() {
-    let compensated = json(&synth(&[&COMPENSATE[..], &["--json"]].concat()));
-    let reported = json(&synth(&["--lens", "report", "--apply", "each", "--json"]));
+    let (_dir, set) = wrong("40");
+    let compensated = json(&run(&set, &[&COMPENSATE[..], &["--json"]].concat()));
+    let reported = json(&run(&set, &["--lens", "report", "--apply", "each", "--json"]));
     let focal = number(&compensated["correction"]["focal"]);
     assert!((focal - 0.005).abs() < 0.0005, "{focal}");
     assert_eq!(compensated["lens"]["focal"]["value"], compensated["correction"]["focal"]);
@@ -41,10 +43,11 @@ fn rows_belong_to_the_corrected_cameras() {
 
 #[test]
 fn the_text_says_when_a_lens_was_corrected_and_by_how_much() {
-    let corrected = stdout(&synth(&COMPENSATE));
+    let (_dir, set) = wrong("40");
+    let corrected = stdout(&run(&set, &COMPENSATE));
     assert!(corrected.contains("   lens corrected\n"), "{corrected}");
     assert!(corrected.contains("\ncameras corrected  right focal length +0.5"), "{corrected}");
-    let given = stdout(&synth(&["--lens", "report", "--apply", "each"]));
+    let given = stdout(&run(&set, &["--lens", "report", "--apply", "each"]));
     assert!(!given.contains("corrected"), "{given}");
 }
 
@@ -52,31 +55,20 @@ fn the_text_says_when_a_lens_was_corrected_and_by_how_much() {
 fn the_trace_ends_with_the_corrections_where_there_are_any() {
     let dir = tempfile::tempdir().unwrap();
     let file = dir.path().join("trace.csv");
-    let trace = ["--trace", file.to_str().unwrap()];
-    stdout(&synth(&[&COMPENSATE[..], &trace].concat()));
+    let (_set, set) = wrong("40");
+    stdout(&run(&set, &[&COMPENSATE[..], &["--trace", file.to_str().unwrap()]].concat()));
     let text = fs::read_to_string(&file).unwrap();
     let rows: Vec<Vec<&str>> = text.lines().map(|line| line.split(',').collect()).collect();
     assert_eq!(rows[0][35..], ["focal", "k1", "used_focal", "used_k1"]);
     let at = rows.iter().position(|row| row[2] == "lens corrected").unwrap();
     assert_eq!(rows[at][35..], ["", "", "0", "0"], "begins again: no estimate");
+    let (_set, short) = wrong(&at.to_string());
+    let error = failure(&run(&short, &COMPENSATE), 1);
+    assert!(error.contains("restarted with a corrected lens"), "{error}");
     let used: f64 = rows[at + 1][37].parse().unwrap();
     assert!(rows[at + 1][35] != "0" && used.abs() < 1e-12, "not locked again yet: {used}");
     let [proposed, used] = [35, 37].map(|i| rows[40][i].parse::<f64>().unwrap());
     assert!((used - proposed).abs() < 1e-6 && used > 0.004, "{used} {proposed}");
-}
-
-#[test]
-fn a_run_that_ends_as_the_estimate_begins_again_says_so() {
-    let dir = tempfile::tempdir().unwrap();
-    let file = dir.path().join("trace.csv");
-    stdout(&synth(&[&COMPENSATE[..], &["--trace", file.to_str().unwrap()]].concat()));
-    let text = fs::read_to_string(&file).unwrap();
-    // The heading takes one line, so this is the number of pairs up to the correction.
-    let pairs = text.lines().position(|line| line.contains("lens corrected")).unwrap().to_string();
-    let mut short = synth(&COMPENSATE);
-    short[2] = &pairs;
-    let error = failure(&short, 1);
-    assert!(error.contains("restarted with a corrected lens"), "{error}");
 }
 
 /// A copy of a set with another rig.
@@ -93,8 +85,7 @@ fn with_rig(set: &Path, rig: &Path, to: &Path) {
 fn exported_rigs_have_the_corrected_cameras() {
     let dir = tempfile::tempdir().unwrap();
     let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
-    let set = path("set");
-    stdout(&synth(&["--out", &set]));
+    let (_set, set) = wrong("40");
     let lens = ["--lens", "compensate"];
     let page = path("page");
     let found = json(&[&["replay", &set, "--json", "--report", &page], &lens[..]].concat());

@@ -1,6 +1,6 @@
 //! The commands `selfcal import` and `selfcal export`.
 
-use crate::call::{failure, json, selfcal, stdout};
+use crate::call::{failure, json, scene, selfcal, stdout};
 
 #[test]
 fn a_calibrated_rig_goes_out_and_starts_the_next_run_where_this_one_ended() {
@@ -52,11 +52,10 @@ fn opencv_numbers(text: &str, name: &str) -> Vec<f64> {
 fn rows_of_a_warp_are_gone_after_rectification_with_the_exported_lens_yaw() {
     let dir = tempfile::tempdir().unwrap();
     let path = |name: &str| dir.path().join(name).to_str().unwrap().to_owned();
-    let warp = ["--rotation", "0.4,-0.3,0.5", "--lens-error", "a_r=0.008"];
-    let set = path("set");
-    stdout(&[&["synth", "--pairs", "30", "--out", set.as_str()], &warp[..]].concat());
+    let warp = "scene: near\nrotation_deg: [0.4, -0.3, 0.5]\nlens_errors: a_r=0.008";
+    let (_set, set) = scene(warp, &["--pairs", "30"]);
     // The start counts as a calibration of yaw, so the remaining row offsets are attributed to the lens.
-    let start = path("set/meta.json");
+    let start = format!("{set}/meta.json");
     for format in ["opencv", "ros", "kalibr"] {
         let out = path(format);
         let initial = ["--initial", start.as_str(), "--format", format, "--out", &out];

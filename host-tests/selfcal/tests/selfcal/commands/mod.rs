@@ -7,3 +7,4 @@ mod page;
 mod piped;
 mod reference;
 mod stream;
+mod synth;

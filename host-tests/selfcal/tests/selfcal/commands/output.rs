@@ -1,28 +1,8 @@
-//! Output of the commands: JSON, trace, text and scenes.
+//! Output of `replay`: JSON, trace and text.
 
 use std::fs;
 
-use crate::call::{failure, json, stdout};
-
-const SCENES: [&str; 17] = [
-    "near",
-    "far",
-    "very-far",
-    "altitude",
-    "climb",
-    "descent",
-    "near-few",
-    "sky",
-    "heterogeneous",
-    "narrow-band",
-    "planar",
-    "fronto-parallel",
-    "parked",
-    "parked-landmarks",
-    "creeping",
-    "step",
-    "drift",
-];
+use crate::call::{failure, json, scene, selfcal, stdout};
 
 #[test]
 fn json_has_the_stable_fields_and_no_others() {
@@ -82,14 +62,15 @@ fn json_has_the_stable_fields_and_no_others() {
 
 #[test]
 fn an_applied_estimate_is_in_use_and_an_unapplied_one_has_a_reason() {
-    let scene = ["synth", "--pairs", "12", "--rotation", "3,-2,1", "--json"];
-    let never = json(&scene);
+    let (_dir, set) = scene("near", &["--pairs", "12", "--rotation", "3,-2,1"]);
+    let run = ["replay", &set, "--json"];
+    let never = json(&run);
     assert_eq!(never["in_use"]["rms_px"], never["rms_px_before"]);
     assert!(never["in_use"]["e_theta"].as_f64().unwrap() > 0.06);
     assert_eq!(never["armed"], false);
     let reasons = ["in use off by 1 px or more", "yaw not confirmed"];
     assert_eq!(never["reasons"], serde_json::json!(reasons));
-    let applied = json(&[&scene[..], &["--apply", "each"]].concat());
+    let applied = json(&[&run[..], &["--apply", "each"]].concat());
     for (in_use, estimate) in [("e_t", "e_t"), ("e_theta", "e_theta"), ("rms_px", "rms_px_after")] {
         assert_eq!(applied["in_use"][in_use], applied[estimate], "{in_use}");
     }
@@ -108,7 +89,8 @@ fn the_trace_has_a_row_a_pair() {
         let text = fs::read_to_string(&file).unwrap();
         text.lines().map(|line| line.split(',').map(String::from).collect()).collect()
     };
-    stdout(&[&["synth", "--pairs", "9", "--rotation", "3,-2,1"][..], &trace].concat());
+    let (_dir, set) = scene("near", &["--pairs", "9", "--rotation", "3,-2,1"]);
+    stdout(&[&["replay", &set][..], &trace].concat());
     let synth = rows();
     let header = "pair,state,verdict,armed,doubt,matches,fit,rms_px_in_use,rms_px_proposed,\
                   sd_rotation,sd_translation,r11,r12,r13,r21,r22,r23,r31,r32,r33,t1,t2,t3,\
@@ -158,122 +140,16 @@ fn an_initial_file_is_used_and_a_bad_one_is_named() {
 }
 
 #[test]
-fn a_scene_of_synth_replays_from_files_as_from_a_pipe() {
-    let dir = tempfile::tempdir().unwrap();
-    let out = dir.path().join("scene");
-    let out = out.to_str().unwrap();
-    let scene = ["--pairs", "5", "--rotation", "3,-2,1", "--outliers", "0.1", "--scalar", "f64"];
-    let piped = json(&[&["synth", "--json"][..], &scene[..]].concat());
-    stdout(&[&["synth", "--out", out][..], &scene[..]].concat());
-    let replayed = json(&["replay", out, "--scalar", "f64", "--json"]);
-    assert_eq!(piped, replayed);
-    let error = failure(&["synth", "--out", out], 1);
-    assert!(error.contains("not empty"), "{error}");
-}
-
-#[test]
-fn every_scene_is_generated_by_its_name() {
-    let help = stdout(&["synth", "--help"]);
-    let dir = tempfile::tempdir().unwrap();
-    for scene in SCENES {
-        assert!(help.contains(&format!("- {scene}:")), "{scene} is missing:\n{help}");
-        for grid in ["continuous", "0.5", "pyramid"] {
-            let out = dir.path().join(format!("{scene} {grid}"));
-            stdout(&["synth", scene, "--pairs=3", "--grid", grid, "--out", out.to_str().unwrap()]);
-            let pair = fs::read_to_string(out.join("pairs/0002.csv")).unwrap();
-            assert!(pair.lines().count() > 48, "{scene} {grid}");
-            assert_eq!(out.join("rigs.csv").exists(), ["step", "drift"].contains(&scene));
-        }
-    }
-    assert_eq!(json(&["synth", "near", "--json"]), json(&["synth", "--json"]));
-}
-
-#[test]
-fn options_given_beside_a_scene_win() {
-    let far = ["synth", "--pairs", "5", "--depth", "30,800", "--json"];
-    assert_eq!(json(&far), json(&["synth", "far", "--pairs", "5", "--json"]));
-    let narrow = ["synth", "narrow-band", "--pairs", "5", "--json"];
-    let band = ["synth", "--pairs", "5", "--band", "0.15", "--json"];
-    assert_eq!(json(&narrow), json(&band));
-    let still = ["synth", "drift", "--drift-deg", "0", "--pairs", "5", "--json"];
-    assert_eq!(json(&still), json(&["synth", "--pairs", "5", "--json"]));
-    assert_ne!(json(&["synth", "drift", "--pairs", "5", "--json"]), json(&still));
-    let wrong = ["synth", "--pairs", "5", "--lens-error", "f_r=1%", "--json"];
-    assert_ne!(json(&wrong), json(&["synth", "--pairs", "5", "--json"]));
-    assert!(failure(&["synth", "--lens-error", "z_r=1"], 2).contains("is not one of"));
-    let calm = ["synth", "creeping", "--creep-px", "0", "--pairs", "5", "--json"];
-    assert_ne!(json(&["synth", "creeping", "--pairs", "5", "--json"]), json(&calm));
-    for option in ["--creep-px", "--landmark-noise"] {
-        assert!(failure(&["synth", "parked", option, "1"], 1).contains(option));
-    }
-    let error = failure(&["synth", "planar", "--step-deg", "1"], 1);
-    assert!(error.contains("--step-deg"), "{error}");
-}
-
-#[test]
-fn a_step_that_is_written_replays_as_what_is_piped() {
-    let dir = tempfile::tempdir().unwrap();
-    let out = dir.path().join("scene");
-    let out = out.to_str().unwrap();
-    let scene = ["--pairs", "6", "--step-deg", "1"];
-    let piped = stdout(&[&["synth", "step"][..], &scene[..]].concat());
-    stdout(&[&["synth", "step", "--out", out][..], &scene[..]].concat());
-    let replayed = stdout(&["replay", out]);
-    let lines = |text: &str| text.lines().skip(1).map(String::from).collect::<Vec<_>>();
-    assert_eq!(lines(&piped), lines(&replayed));
-}
-
-#[test]
-fn ranges_and_motion_that_are_written_replay_as_what_is_piped() {
-    let dir = tempfile::tempdir().unwrap();
-    let out = dir.path().join("scene");
-    let ranges = out.join("ranges.csv");
-    let [out, ranges] = [&out, &ranges].map(|path| path.to_str().unwrap());
-    let scene =
-        ["--pairs", "41", "--lens-error", "a_r=0.003", "--rangefinder", "0.01", "--travel", "12,0"];
-    let json = |args: &[&str]| json(&[args, &["--json"]].concat());
-    let piped = json(&[&["synth", "near"][..], &scene[..]].concat());
-    stdout(&[&["synth", "near", "--out", out][..], &scene[..]].concat());
-    let replayed = json(&["replay", out, "--ranges", ranges, "--motion"]);
-    for key in ["witnesses", "R", "t", "yaw_sd", "reasons"] {
-        assert!(!piped[key].is_null(), "{key}: {piped}");
-        assert_eq!(piped[key], replayed[key], "{key}");
-    }
-    assert!(piped["witnesses"]["ranges"]["taken"].as_u64() >= Some(3), "{piped}");
-    assert!(piped["witnesses"]["motion"]["taken"].as_u64() >= Some(3), "{piped}");
-    // Rows alone do not tell the yaw.
-    let alone = json(&["synth", "near", "--pairs", "41", "--lens-error", "a_r=0.003"]);
-    let [with, without] = [&piped, &alone].map(|run| run["yaw_sd"].as_f64().unwrap());
-    assert!(with < 0.2 * without, "{with} {without}");
-}
-
-#[test]
-fn matches_with_a_mistake_give_no_calibration() {
-    for mistake in ["exchanged", "identical"] {
-        let args = [
-            "synth",
-            "far",
-            "--pairs",
-            "20",
-            "--rotation",
-            "0.5,-0.5,0.5",
-            "--mistake",
-            mistake,
-            "--json",
-        ];
-        let why = failure(&args, 1);
-        assert!(why.contains("none of the 20 pairs could be fused"), "{mistake}: {why}");
-    }
-}
-
-#[test]
 fn mistakes_are_named() {
     let error = failure(&["replay", "no_such_set"], 1);
     assert!(error.contains("no_such_set") && error.contains("opencv_chess_sift"), "{error}");
-    let error = failure(&["synth", "--outliers", "1.5"], 1);
-    assert!(error.contains("outliers"), "{error}");
-    let error = failure(&["synth", "--depth", "3"], 2);
-    assert!(error.contains("2 numbers"), "{error}");
-    let error = failure(&["synth", "--pairs", "3", "--matches", "5"], 1);
-    assert!(error.contains("none of the 3 pairs could be fused"), "{error}");
+    let (_dir, set) = scene("near", &["--pairs", "3", "--matches", "5"]);
+    let ended = selfcal(&["replay", &set, "--json"]).ends_with(1);
+    assert!(ended.err.contains("none of the 3 pairs could be fused"), "{}", ended.err);
+    let found: serde_json::Value = serde_json::from_str(&ended.out).unwrap();
+    assert_eq!(found["rejected_pairs"], serde_json::json!({ "too_few": 3 }));
+    assert_eq!(
+        (&found["refused_matches"], &found["matches"]),
+        (&serde_json::json!({}), &15.into())
+    );
 }

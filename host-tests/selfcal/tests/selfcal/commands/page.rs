@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use crate::call::stdout as selfcal;
+use crate::call::{scene, stdout as selfcal};
 
 fn csv(dir: &Path, name: &str) -> Vec<Vec<String>> {
     let path = dir.join("csv").join(name);
@@ -70,7 +70,8 @@ fn a_stream_and_a_generated_run_have_pages_too() {
     selfcal(&["record", "opencv_chess_sift", &stream]);
     selfcal(&["replay", &stream, "--rig", "opencv_chess_sift", "--report", &page]);
     assert_eq!(csv(Path::new(&page), "pairs.csv").len(), 13);
-    let shown = selfcal(&["synth", "step", "--pairs", "12", "--report", &again]);
+    let (_dir, set) = scene("step", &["--pairs", "12"]);
+    let shown = selfcal(&["replay", &set, "--report", &again]);
     assert!(shown.contains("again/index.html"), "{shown}");
     let states = csv(Path::new(&again), "states.csv");
     assert!(states.iter().any(|row| row[1].starts_with("locked")), "{states:?}");

@@ -197,15 +197,6 @@ fn refused_matches_are_counted_by_reason() {
 }
 
 #[test]
-fn generated_scenes_count_by_reason_too() {
-    let none = ["synth", "--pairs", "3", "--matches", "5", "--json"];
-    let found: Value = serde_json::from_str(&selfcal(&none).ends_with(1).out).unwrap();
-    assert_eq!(found["rejected_pairs"], json!({ "too_few": 3 }));
-    assert_eq!(found["refused_matches"], json!({}));
-    assert_eq!(found["matches"], 15);
-}
-
-#[test]
 fn a_long_run_is_thinned_for_its_row_offsets_only() {
     let set = shipped();
     // The run has more matches than are held in memory.

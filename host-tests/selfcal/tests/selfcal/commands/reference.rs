@@ -6,7 +6,7 @@ use std::path::Path;
 use rigs::data::Dataset;
 use serde_json::{Map, Value, json};
 
-use crate::call::{failure, json, stdout};
+use crate::call::{failure, json, scene, stdout};
 
 /// Words of the error of a `t` that points to the right.
 const OTHER: [&str; 3] = ["points to the right", "t = (-1, 0, 0)", "use -R t"];
@@ -110,13 +110,11 @@ cam1:
     named(&["replay", "opencv_chess_corners", "--initial", &chain], "camchain.yaml");
     named(&["import", &chain, "--out", "nowhere.json"], "");
     // The rig of one pair.
-    let scene = dir.path().join("scene");
-    let scene = scene.to_str().unwrap();
-    stdout(&["synth", "step", "--pairs", "4", "--out", scene]);
-    let rigs = format!("{scene}/rigs.csv");
+    let (_set, set) = scene("step", &["--pairs", "4"]);
+    let rigs = format!("{set}/rigs.csv");
     let text = fs::read_to_string(&rigs).unwrap();
     let mut lines: Vec<String> = text.lines().map(String::from).collect();
     lines[3] = "1,0,0,0,1,0,0,0,1,1,0,0".into();
     fs::write(&rigs, lines.join("\n")).unwrap();
-    named(&["replay", scene], "rigs.csv: rig of pair 2");
+    named(&["replay", &set], "rigs.csv: rig of pair 2");
 }

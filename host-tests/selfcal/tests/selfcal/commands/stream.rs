@@ -89,12 +89,3 @@ fn a_stream_replays_to_the_bits_of_the_controller_that_received_it() {
     assert_eq!(replayed("256"), expected);
     assert_ne!(replayed("2048"), expected);
 }
-
-#[test]
-fn the_link_campaign_reports_and_passes() {
-    let (good, said, _) = selfcal(&["link", "--frames", "3000"]);
-    assert!(good, "{said}");
-    assert!(said.contains("handed out, not as sent                                  0"), "{said}");
-    let (good, _, why) = selfcal(&["link", "--damaged", "2"]);
-    assert!(!good && why.contains("from 0 to 1"), "{why}");
-}

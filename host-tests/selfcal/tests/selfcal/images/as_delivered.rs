@@ -7,17 +7,12 @@ use std::path::Path;
 use image::{DynamicImage, GrayImage, ImageFormat, imageops};
 
 use crate::call::check;
-use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, folders, moving, small};
+use crate::images::scene::{
+    FOCAL, K, PRINCIPAL, SIDE_BY_SIDE, SIZE, fits, folders, moving, rig, small,
+};
 
 fn focal() -> [String; 2] {
     ["--focal".to_owned(), FOCAL.to_string()]
-}
-
-fn fits(top: &Path, more: &[&str]) -> String {
-    let (json, said) = check(top, more);
-    let rows = json["run"]["rms_px_before"].as_f64();
-    assert!(rows.is_some_and(|px| px < 0.7), "{json} {}", said.err);
-    said.err
 }
 
 /// A JPEG with an orientation in its EXIF data.
@@ -57,29 +52,17 @@ fn photographs(top: &Path, orientations: [u8; 2]) {
     }
 }
 
-fn rig(top: &Path) -> String {
-    let [cx, cy] = PRINCIPAL;
-    let k = format!("[[{FOCAL}, 0, {cx}], [0, {FOCAL}, {cy}], [0, 0, 1]]");
-    let text = format!(
-        "{{\"width\": {}, \"height\": {}, \"K1\": {k}, \"D1\": [], \"K2\": {k}, \"D2\": [], \"R\": [[1,0,0],[0,1,0],[0,0,1]], \"T\": [-0.1,0,0]}}",
-        SIZE[0], SIZE[1]
-    );
-    let path = top.join("rig.json");
-    fs::write(&path, text).unwrap();
-    path.to_str().unwrap().to_owned()
-}
-
 #[test]
 fn photographs_are_turned_as_their_exif_data_say() {
     for orientations in [[6, 6], [8, 8], [3, 3], [1, 3], [6, 8]] {
         let dir = tempfile::tempdir().unwrap();
         photographs(dir.path(), orientations);
         let [option, px] = focal();
-        let said = fits(dir.path(), &[&option, &px]);
+        let said = fits(0.7, dir.path(), &[&option, &px]);
         assert!(said.contains("EXIF orientation"), "{orientations:?}: {said}");
         // A rig for the upright images.
-        let rig = rig(dir.path());
-        fits(dir.path(), &["--rig", &rig]);
+        let rig = rig(&dir.path().join("rig.yaml"), [(K, SIZE); 2], SIDE_BY_SIDE);
+        fits(0.7, dir.path(), &["--rig", &rig]);
     }
 }
 
@@ -95,10 +78,11 @@ fn photographs_stay_as_stored_where_the_rig_is_of_them_or_the_user_says_so() {
             photograph(image, 6, &dir.path().join(format!("{name}/{i:03}.jpg")));
         }
     }
-    let said = fits(dir.path(), &["--rig", &rig(dir.path())]);
+    let rig = rig(&dir.path().join("rig.yaml"), [(K, SIZE); 2], SIDE_BY_SIDE);
+    let said = fits(0.7, dir.path(), &["--rig", &rig]);
     assert!(said.contains("left as stored"), "{said}");
     let [option, px] = focal();
-    fits(dir.path(), &[&option, &px, "--exif", "stored"]);
+    fits(0.7, dir.path(), &[&option, &px, "--exif", "stored"]);
 }
 
 #[test]
@@ -111,7 +95,7 @@ fn a_picture_of_both_cameras_is_cut_in_two() {
         imageops::replace(&mut both, right, SIZE[0].into(), 0);
         both.save(dir.path().join(format!("{i:03}.png"))).unwrap();
     }
-    let said = fits(dir.path(), &[&option, &px, "--side-by-side"]);
+    let said = fits(0.7, dir.path(), &[&option, &px, "--side-by-side"]);
     assert!(said.contains("halves"), "{said}");
     // A picture of 2.3 to 1 may be one wide picture.
     let (_, said) = check(dir.path(), &[&option, &px]);
@@ -128,7 +112,7 @@ fn bmp_and_webp_are_read() {
             rgb.save_with_format(dir.path().join(format!("{name}.{ending}")), format).unwrap();
         }
         let [option, px] = focal();
-        fits(dir.path(), &[&option, &px]);
+        fits(0.7, dir.path(), &[&option, &px]);
     }
 }
 
@@ -145,30 +129,10 @@ fn the_colour_cameras_of_kitti_have_their_own_projections() {
     let p = |n: u8, cy: f64, x: f64| format!("P{n}: {FOCAL} 0 {cx} {x} 0 {FOCAL} {cy} 0 0 0 1 0\n");
     let text = [p(0, cy, 0.0), p(1, cy + 40.0, -200.0), p(2, cy, 40.0), p(3, cy, -300.0)].concat();
     fs::write(dir.path().join("calib.txt"), text).unwrap();
-    fits(dir.path(), &[]);
-    let two = |more: &[&str]| {
-        let sides = ["image_2", "image_3"].map(|side| dir.path().join(side));
-        let [left, right] = sides.each_ref().map(|side| side.to_str().unwrap());
-        let rig = dir.path().join("calib.txt");
-        crate::call::run(
-            &[
-                &[
-                    "check",
-                    left,
-                    right,
-                    "--json",
-                    "--keypoints",
-                    "500",
-                    "--rig",
-                    rig.to_str().unwrap(),
-                ],
-                more,
-            ]
-            .concat(),
-        )
-    };
-    let json: serde_json::Value = serde_json::from_str(&two(&[]).out).unwrap();
-    assert!(json["run"]["rms_px_before"].as_f64().unwrap() < 0.7, "{json}");
+    fits(0.7, dir.path(), &[]);
+    let [left, right, rig] = ["image_2", "image_3", "calib.txt"]
+        .map(|name| dir.path().join(name).to_str().unwrap().to_owned());
+    fits(0.7, left.as_ref(), &[&right, "--rig", &rig]);
 }
 
 #[test]
@@ -176,27 +140,12 @@ fn cropped_images_are_told_from_scaled_ones_or_asked_about() {
     let dir = tempfile::tempdir().unwrap();
     let all = moving(3);
     folders(all.iter().map(|[l, r]| [l, r]), dir.path());
-    let [cx, cy] = PRINCIPAL;
-    let [w, h] = SIZE.map(f64::from);
     // The sensor has twice the size in each direction: after cropping, the focal length stays.
-    let k = |roll: f64| {
-        format!(
-            "[[{FOCAL}, 0, {}], [0, {FOCAL}, {}], [0, 0, 1]]",
-            cx + (w / 2.0).floor(),
-            cy + (h / 2.0).floor() + roll
-        )
-    };
-    let text = format!(
-        "{{\"width\": {}, \"height\": {}, \"K1\": {}, \"D1\": [], \"K2\": {}, \"D2\": [], \"R\": [[1,0,0],[0,1,0],[0,0,1]], \"T\": [-0.1,0,0]}}",
-        2 * SIZE[0],
-        2 * SIZE[1],
-        k(0.0),
-        k(0.0)
-    );
-    let rig = dir.path().join("rig.json");
-    fs::write(&rig, text).unwrap();
-    let rig = rig.to_str().unwrap();
-    let said = fits(dir.path(), &["--rig", rig, "--cut", "centre"]);
+    let [fx, fy, cx, cy] = K;
+    let [x, y] = SIZE.map(|n| f64::from(n / 2));
+    let sensor = ([fx, fy, cx + x, cy + y], SIZE.map(|n| 2 * n));
+    let rig = &rig(&dir.path().join("rig.yaml"), [sensor; 2], SIDE_BY_SIDE);
+    let said = fits(0.7, dir.path(), &["--rig", rig, "--cut", "centre"]);
     assert!(said.contains("cropped from the middle"), "{said}");
     let (_, said) = check(dir.path(), &["--rig", rig]);
     assert!(said.err.contains("--cut"), "{}", said.err);

@@ -1,27 +1,17 @@
 //! Several calibrations scored on the same matches.
 
-use std::fs;
 use std::path::Path;
 
 use crate::call::check;
-use crate::images::scene::{FOCAL, PRINCIPAL, SIZE, folders, moving};
+use crate::images::scene::{K, SIZE, folders, moving, rig};
 
 /// The rig of the scene, its right camera pitched by degrees.
-fn rig(top: &Path, name: &str, degrees: f64) -> String {
-    let [cx, cy] = PRINCIPAL;
+fn pitched(path: &Path, degrees: f64) -> String {
     let (sin, cos) = degrees.to_radians().sin_cos();
-    let [width, height] = SIZE;
-    let cam = format!(
-        "  camera_model: pinhole\n  distortion_model: radtan\n  distortion_coeffs: [0, 0, 0, 0]\n  intrinsics: [{FOCAL}, {FOCAL}, {cx}, {cy}]\n  resolution: \
-         [{width}, {height}]\n"
-    );
-    let rows = format!(
-        "  - [1, 0, 0, -0.16]\n  - [0, {cos}, {}, 0]\n  - [0, {sin}, {cos}, 0]\n  - [0, 0, 0, 1]\n",
-        -sin
-    );
-    let path = top.join(name);
-    fs::write(&path, format!("cam0:\n{cam}cam1:\n{cam}  T_cn_cnm1:\n{rows}")).unwrap();
-    path.to_str().unwrap().to_owned()
+    let minus = -sin;
+    let rows =
+        format!("  - [1, 0, 0, -0.16]\n  - [0, {cos}, {minus}, 0]\n  - [0, {sin}, {cos}, 0]\n");
+    rig(path, [(K, SIZE); 2], &rows)
 }
 
 #[test]
@@ -29,7 +19,8 @@ fn the_better_of_two_calibrations_is_named_with_its_significance_on_pairs_not_se
     let dir = tempfile::tempdir().unwrap();
     let all = moving(6);
     folders(all.iter().map(|[l, r]| [l, r]), dir.path());
-    let [good, off] = [rig(dir.path(), "good.yaml", 0.0), rig(dir.path(), "off.yaml", 0.06)];
+    let [good, off] = [("good.yaml", 0.0), ("off.yaml", 0.06)]
+        .map(|(name, degrees)| pitched(&dir.path().join(name), degrees));
     let (json, said) = check(dir.path(), &["--rig", &off, "--rig", &good, "--hold-out"]);
     let scores = &json["scores"];
     assert_eq!(

@@ -7,6 +7,7 @@ mod candidates;
 mod interrupted;
 mod knocked;
 mod layouts;
+mod mcap_bag;
 mod ros1;
 mod scene;
 mod topics;

@@ -7,6 +7,8 @@ use images::pictures::{Grey, turned};
 use rigs::data::{Dataset, TurnedView};
 use stereo_selfcal::{Camera, Intrinsics, Lens};
 
+use crate::call::check;
+
 /// Size of the small scene, px.
 pub(crate) const SIZE: [u32; 2] = [427, 370];
 
@@ -77,6 +79,38 @@ pub(crate) fn folders<'a>(pairs: impl IntoIterator<Item = [&'a GrayImage; 2]>, t
             save(image, &top.join(format!("{side}/{i:03}.pgm")));
         }
     }
+}
+
+/// Intrinsics `fu fv pu pv` of the small scene, px.
+pub(crate) const K: [f64; 4] = [FOCAL, FOCAL, PRINCIPAL[0], PRINCIPAL[1]];
+
+/// First three rows of the transform from left to right of cameras side by side.
+pub(crate) const SIDE_BY_SIDE: &str = "  - [1, 0, 0, -0.12]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n";
+
+/// Writes a Kalibr file, and returns its path.
+///
+/// * `cameras`: `fu fv pu pv` and size of each camera, px.
+/// * `rows`: the first three rows of the transform from left to right.
+pub(crate) fn rig(path: &Path, cameras: [([f64; 4], [u32; 2]); 2], rows: &str) -> String {
+    let cam = |n: usize| {
+        let (k, size) = cameras[n];
+        format!(
+            "cam{n}:\n  camera_model: pinhole\n  distortion_model: radtan\n  distortion_coeffs: [0, 0, 0, 0]\n  intrinsics: {k:?}\n  resolution: {size:?}\n"
+        )
+    };
+    let text = format!("{}{}  T_cn_cnm1:\n{rows}  - [0, 0, 0, 1]\n", cam(0), cam(1));
+    std::fs::write(path, text).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+/// Checks that the rig in use fits the images: enough matches, and rows off by less than a limit, px RMS. Returns standard
+/// error.
+pub(crate) fn fits(limit_px: f64, place: &Path, more: &[&str]) -> String {
+    let (json, said) = check(place, more);
+    let number = |of: &serde_json::Value| of.as_f64().unwrap_or(f64::NAN);
+    let [rows, matches] = [&json["run"]["rms_px_before"], &json["matches_a_pair"]].map(number);
+    assert!(rows < limit_px && matches > 60.0, "{json} {}", said.err);
+    said.err
 }
 
 /// Matrices of a `camera_info` of the rectified small scene: distortion, K, R, P.

@@ -1,16 +1,13 @@
 //! Topics and `camera_info` of bags as drivers write them: rectified, twice, cut out, binned, never calibrated.
 
-use std::collections::BTreeMap;
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use image::GrayImage;
 use mcap::WriteOptions;
-use mcap::records::MessageHeader;
 
 use crate::call::check;
-use crate::images::bags::Cdr;
-use crate::images::scene::{FOCAL, SIZE, camera_info, moving};
+use crate::images::mcap_bag::{Bag, Info, info, raw_image};
+use crate::images::scene::{self, FOCAL, SIZE, moving};
 
 /// A topic of images: its name, the side of its images, their encoding, and the delay of their time stamps, ns.
 struct Images<'a> {
@@ -20,30 +17,8 @@ struct Images<'a> {
     late_ns: u32,
 }
 
-/// A `camera_info`.
-#[derive(Clone)]
-struct Info {
-    topic: String,
-    size: [u32; 2],
-    model: String,
-    matrices: [Vec<f64>; 4],
-    binning: [u32; 2],
-    roi: [u32; 4],
-}
-
 fn images(topic: &str, side: usize) -> Images<'_> {
     Images { topic, side, encoding: "mono8", late_ns: 0 }
-}
-
-fn info(topic: &str, right: bool) -> Info {
-    Info {
-        topic: topic.into(),
-        size: SIZE,
-        model: "plumb_bob".into(),
-        matrices: camera_info(right),
-        binning: [0; 2],
-        roi: [0; 4],
-    }
 }
 
 /// The camera before its rectification: other intrinsics, distorted and turned.
@@ -53,26 +28,6 @@ fn raw(mut info: Info) -> Info {
     let (sin, cos) = 0.02_f64.sin_cos();
     info.matrices[2] = vec![1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos];
     info
-}
-
-impl Info {
-    fn message(&self) -> Vec<u8> {
-        let mut cdr = Cdr::header(0, 0);
-        let [width, height] = self.size;
-        cdr.u32(height);
-        cdr.u32(width);
-        cdr.text(&self.model);
-        cdr.u32(u32::try_from(self.matrices[0].len()).unwrap());
-        for numbers in &self.matrices {
-            cdr.numbers(numbers);
-        }
-        let [x, y, w, h] = self.roi;
-        for number in [self.binning[0], self.binning[1], x, y, h, w] {
-            cdr.u32(number);
-        }
-        cdr.byte(0);
-        cdr.bytes()
-    }
 }
 
 /// The pixels of an image in an encoding, and the bytes of a line.
@@ -106,37 +61,20 @@ fn encoded(image: &GrayImage, encoding: &str) -> (Vec<u8>, u32) {
 
 /// A bag of some moments.
 fn bag(path: &Path, all: &[Images<'_>], infos: &[Info], moments: usize) {
-    let mut out = WriteOptions::new().create(fs::File::create(path).unwrap()).unwrap();
-    let mut channel = |topic: &str, kind: &str| {
-        let schema = out.add_schema(&format!("sensor_msgs/msg/{kind}"), "ros2msg", b"").unwrap();
-        out.add_channel(schema, topic, "cdr", &BTreeMap::new()).unwrap()
-    };
-    let topics: Vec<u16> = all.iter().map(|images| channel(images.topic, "Image")).collect();
-    let calibrations: Vec<u16> =
-        infos.iter().map(|info| channel(&info.topic, "CameraInfo")).collect();
-    let mut write = |channel_id, sequence: u32, data: &[u8]| {
-        let time = u64::from(sequence);
-        let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
-        out.write_to_known_channel(&header, data).unwrap();
-    };
-    for (id, info) in calibrations.iter().zip(infos) {
-        write(*id, 0, &info.message());
+    let mut bag = Bag::create(path, WriteOptions::new());
+    let topics: Vec<u16> = all.iter().map(|images| bag.topic(images.topic, "Image")).collect();
+    for info in infos {
+        bag.calibration(info);
     }
     for (i, pair) in (0..).zip(&moving(moments)) {
         for (id, images) in topics.iter().zip(all) {
             let image = &pair[images.side];
-            let (pixels, step) = encoded(image, images.encoding);
-            let mut cdr = Cdr::header(100 + i, images.late_ns);
-            cdr.u32(image.height());
-            cdr.u32(image.width());
-            cdr.text(images.encoding);
-            cdr.byte(0);
-            cdr.u32(step);
-            cdr.data(&pixels);
-            write(*id, i, &cdr.bytes());
+            let pixels = encoded(image, images.encoding);
+            let at = (100 + i, images.late_ns);
+            bag.write(*id, i, &raw_image(image, at, images.encoding, pixels));
         }
     }
-    out.finish().unwrap();
+    bag.0.finish().unwrap();
 }
 
 struct Made {
@@ -161,11 +99,8 @@ fn infos(change: impl Fn(Info) -> Info) -> [Info; 2] {
 const RAW: [&str; 2] = ["/stereo/left/image_raw", "/stereo/right/image_raw"];
 const RECT: [&str; 2] = ["/stereo/left/image_rect", "/stereo/right/image_rect"];
 
-/// Rows in use are aligned: the rig belongs to the images.
 fn fits(made: &Made, more: &[&str]) {
-    let (json, said) = check(&made.path, more);
-    let rows = json["run"]["rms_px_before"].as_f64();
-    assert!(rows.is_some_and(|px| px < 0.6), "{json} {}", said.err);
+    scene::fits(0.6, &made.path, more);
 }
 
 fn refused(made: &Made, more: &[&str], words: &[&str]) {

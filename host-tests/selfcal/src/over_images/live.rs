@@ -27,7 +27,7 @@ impl Live {
             _ if quiet => ProgressBar::hidden(),
             Some(count) => styled(
                 ProgressBar::new(count as u64),
-                "{bar:20} {pos}/{len}, {eta} left: {wide_msg}",
+                "{bar:10} {pos}/{len}, {eta} left: {wide_msg}",
             ),
             None => styled(ProgressBar::no_length(), "{pos} pairs, {elapsed}: {wide_msg}"),
         };
@@ -72,15 +72,12 @@ fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
     bar.with_style(style)
 }
 
-/// State, and row offsets in use and by the estimate.
+/// Row offsets in use and by the estimate, and the state.
 fn view(step: &Step) -> String {
     let Some(estimate) = &step.estimate else { return "no estimate yet".into() };
     let health = step.checked.and_then(|checked| checked.health);
-    let rows = health.map(|health| {
-        format!(
-            ", rows {:.2} px in use, {:.2} px by the estimate",
-            health.in_use_px, health.proposed_px
-        )
+    let rows = health.map(|rows| {
+        format!("rows {:.2} px, {:.2} px by the estimate, ", rows.in_use_px, rows.proposed_px)
     });
-    format!("{estimate}{}", rows.unwrap_or_default())
+    format!("{}{estimate}", rows.unwrap_or_default())
 }

@@ -19,6 +19,8 @@ use images::picture::Picture;
 use images::session::{BestPair, Session};
 use images::verdict::{Report, Verdict};
 
+use crate::commands::called;
+
 /// Largest width of pictures, px.
 const WIDE: u16 = 720;
 
@@ -38,10 +40,8 @@ const DARKEST: f64 = 0.3;
 const QUALITY: u8 = 85;
 
 /// Writes the page of a run into a folder.
-///
-/// # Errors
-/// If a file cannot be written.
-pub fn write(session: &Session, report: &Report, command: &str, dir: &Path) -> Result<PathBuf> {
+pub(crate) fn write(session: &Session, report: &Report, dir: &Path) -> Result<PathBuf> {
+    let command = &called();
     let replayed = Replayed { set: &session.set, log: &session.log, depth: None, command };
     let page = replayed.page()?;
     let mut sections = vec![verdict(report, command)];
