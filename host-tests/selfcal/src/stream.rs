@@ -3,7 +3,6 @@
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, IsTerminal, Read};
 use std::path::Path;
-use std::rc::Rc;
 
 use anyhow::{Context, Result, ensure};
 use indicatif::ProgressBar;
@@ -23,7 +22,7 @@ pub(crate) struct Streamed {
     /// The pairs.
     pub(crate) pairs: Pairs,
     /// Progress of the reading.
-    pub(crate) bar: Rc<ProgressBar>,
+    pub(crate) bar: ProgressBar,
 }
 
 impl Streamed {
@@ -69,8 +68,8 @@ impl Streamed {
 }
 
 /// Name, bytes, and a progress bar over the bytes, or over the pairs if the length is unknown.
-fn source(place: &Path) -> Result<(String, Box<dyn Read>, Rc<ProgressBar>)> {
-    let pairs = || Rc::new(progress::counting("pairs"));
+fn source(place: &Path) -> Result<(String, Box<dyn Read>, ProgressBar)> {
+    let pairs = || progress::counting("pairs");
     if place == Path::new("-") {
         let here = "standard input";
         ensure!(!io::stdin().is_terminal(), "{here} is a terminal: send a recording into it");
@@ -82,8 +81,8 @@ fn source(place: &Path) -> Result<(String, Box<dyn Read>, Rc<ProgressBar>)> {
     if length == 0 {
         return Ok((name, Box::new(file), pairs()));
     }
-    let bar = Rc::new(progress::over(usize::try_from(length)?, "bytes"));
-    Ok((name, Box::new(Metered { file, bar: bar.clone() }), bar))
+    let bar = progress::over(usize::try_from(length)?, "bytes");
+    Ok((name, Box::new(bar.wrap_read(file)), bar))
 }
 
 /// Reads up to the end of the first line, the first byte that is not text, or [`LONGEST_LINE`] bytes.
@@ -105,26 +104,12 @@ fn is_text(bytes: &[u8]) -> bool {
     !bytes.iter().any(control) && std::str::from_utf8(bytes).err().is_none_or(cut_off)
 }
 
-/// A file that moves a progress bar.
-struct Metered {
-    file: File,
-    bar: Rc<ProgressBar>,
-}
-
-impl Read for Metered {
-    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
-        let read = self.file.read(into)?;
-        self.bar.inc(u64::try_from(read).unwrap_or(0));
-        Ok(read)
-    }
-}
-
 /// The pairs of a stream of frames. At the end its counters are printed; a stream without a whole frame is an error.
 struct Frames<R> {
     reader: FrameReader<R>,
     rig: Meta,
     name: String,
-    bar: Rc<ProgressBar>,
+    bar: ProgressBar,
     ended: bool,
 }
 

@@ -1,4 +1,4 @@
-//! The recording of a subcommand.
+//! The recording of `replay` and `export`.
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +13,7 @@ use crate::stream::Streamed;
 
 /// A recorded data set, or a recorded stream of frames.
 #[derive(Debug, Args)]
-pub(crate) struct Source {
+pub(crate) struct RecordingArgs {
     /// Folder of a data set, or the name of one that comes with the project: opencv_chess_corners,
     /// opencv_chess_sift, motorcycle_sift, aloe_sift, oak_sift. Or a file of matches by frame, or of a
     /// stream; `-` is standard input.
@@ -43,7 +43,7 @@ pub(crate) struct Source {
     degrees: f64,
 }
 
-impl Source {
+impl RecordingArgs {
     /// The place that was given.
     pub(crate) fn place(&self) -> &Path {
         &self.set

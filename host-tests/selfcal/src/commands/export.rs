@@ -11,7 +11,7 @@ use sim::run::{Apply, Feed};
 use stereo_selfcal::State;
 
 use crate::args::parse::choice;
-use crate::args::recording::Source;
+use crate::args::recording::RecordingArgs;
 use crate::args::setup::Setup;
 
 /// Write a rig as files of OpenCV, Kalibr or ROS: the rig of a data set, or, with --replayed, the rig with the
@@ -35,7 +35,7 @@ use crate::args::setup::Setup;
   selfcal export path/to/meta.json --format ros --out camera_info")]
 pub(crate) struct ExportArgs {
     #[command(flatten)]
-    source: Source,
+    source: RecordingArgs,
 
     /// Format of another tool.
     #[arg(long, value_parser = choice::<Format>())]

@@ -15,7 +15,7 @@ use sim::run::{Apply, DepthErrors, Feed, KeptPairs, RunLog, Step, trace};
 
 use super::called;
 use crate::args::parse::choice;
-use crate::args::recording::{Recording, Source};
+use crate::args::recording::{Recording, RecordingArgs};
 use crate::args::setup::Setup;
 use crate::stream::Streamed;
 
@@ -68,7 +68,7 @@ A file of all pairs, here of frames 0 and 1:
   1,813.0,299.8,771.3,301.5,0.90")]
 pub(crate) struct ReplayArgs {
     #[command(flatten)]
-    source: Source,
+    source: RecordingArgs,
 
     #[command(flatten)]
     setup: Setup,

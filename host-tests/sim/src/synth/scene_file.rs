@@ -331,7 +331,7 @@ lens_warming: 0.001
                 "scene: near\nnoise_px: a lot",
                 "noise_px: invalid type: string \"a lot\", expected f64. Meaning: Standard deviation",
             ),
-            ("scene: near\nnoise_px: .inf", "noise_px: "),
+            ("scene: near\nnoise_px: .inf", "non-finite float `.inf` rejected"),
             (
                 "scene: near\npairs: -3",
                 "pairs: invalid value: integer `-3`, expected usize. Meaning: Number of pairs.",
