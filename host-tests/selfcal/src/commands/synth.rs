@@ -135,15 +135,19 @@ fn write(scenario: &Scenario, seed: u64, dir: &Path) -> Result<()> {
     let (readings, tracks): (Vec<_>, Vec<_>) =
         scenario.witnessed(seed)?.into_iter().map(|after| (after.readings, after.tracks)).unzip();
     let place = dir.display();
-    let mut replay = format!("selfcal replay {place}");
+    let (mut with_ranges, mut with_motion) = (String::new(), "");
     if scenario.witnesses.rangefinder.is_some() {
         ranges::write(&dir.join("ranges.csv"), &readings.into_iter().enumerate().collect())?;
-        replay += &format!(" --ranges {place}/ranges.csv");
+        with_ranges = format!(" --ranges {place}/ranges.csv");
     }
     if scenario.witnesses.motion.is_some() {
         tracked::write(dir, &tracks)?;
-        replay += " --motion";
+        with_motion = " --motion";
     }
-    writeln!(io::stdout(), "{} pairs written to {place}: {replay}", scenario.pairs)?;
+    writeln!(
+        io::stdout(),
+        "{} pairs written to {place}: selfcal replay {place}{with_ranges}{with_motion}",
+        scenario.pairs
+    )?;
     Ok(())
 }

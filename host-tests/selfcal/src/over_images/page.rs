@@ -220,7 +220,8 @@ fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<Ster
     let [left, right] = [halved(&pictures[0])?, halved(&pictures[1])?];
     let narrow = |picture: &Picture| picture.size()[0] <= WIDE;
     let level = left.iter().position(narrow).unwrap_or(left.len() - 1);
-    let scale = f64::from(1_u32 << level);
+    let halved = 1_u16 << level;
+    let scale = f64::from(halved);
     let grey = |picture: &Picture| {
         Grey::try_new(picture.size(), picture.pixels().iter().copied().map(Some).collect())
     };
@@ -233,25 +234,26 @@ fn shown(pictures: &[Picture; 2], meta: &Meta, matches: &[Match]) -> Result<Ster
     };
     Ok(StereoImages {
         images: [grey(&left[level])?, grey(&right[level])?],
-        cameras: halved_meta(meta, scale).cameras()?,
+        cameras: halved_meta(meta, halved).cameras()?,
         matches: matches.iter().map(small).collect(),
         scale,
     })
 }
 
 /// The rig of images halved as in the pyramid, in which the centre of the first pixel stays at 0.
-fn halved_meta(meta: &Meta, scale: f64) -> Meta {
+fn halved_meta(meta: &Meta, scale: u16) -> Meta {
     let mut small = meta.clone();
     for k in [&mut small.k_l, &mut small.k_r] {
-        k.iter_mut().take(2).flatten().for_each(|x| *x /= scale);
+        k.iter_mut().take(2).flatten().for_each(|x| *x /= f64::from(scale));
     }
-    let [left, right] = meta.sizes().map(|size| size.map(|n| (f64::from(n) / scale).ceil() as u16));
+    let [left, right] = meta.sizes().map(|size| size.map(|n| n.div_ceil(scale)));
     [small.width, small.height] = left;
     small.set_right(meta.lenses()[1], right);
     small
 }
 
 /// The left image with all matches, coloured by their row offsets.
+#[allow(clippy::cast_possible_truncation, reason = "pixels of an image")]
 fn coloured(shown: &StereoImages, extrinsics: &Extrinsics<f64>) -> Result<Drawing> {
     let [width, height] = shown.images[0].size().map(u32::from);
     let mut image = RgbImage::new(width, height);

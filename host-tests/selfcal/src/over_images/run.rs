@@ -19,9 +19,9 @@ use super::live::Live;
 /// Set by Ctrl-C.
 static STOP: AtomicBool = AtomicBool::new(false);
 
-/// Ratio of the matches that fit a rig for cropped images to those that fit a rig for scaled images, above which images
-/// count as cropped.
-const CLEARLY: f64 = 1.2;
+/// Ratio, in percent, of the matches that fit a rig for cropped images to those that fit a rig for scaled images, above
+/// which images count as cropped.
+const CLEARLY: usize = 120;
 
 /// A finished run.
 pub(crate) struct Ran {
@@ -189,7 +189,7 @@ fn if_cut(mut rig: FoundRig, source: &Source, config: MatcherConfig) -> Result<F
     let Some(cut) = rig.if_cut.take() else { return Ok(rig) };
     let matchers = [Matcher::of(&rig.meta, config)?, Matcher::of(&cut, config)?];
     let [scaled, as_cut] = fits(source, matchers.each_ref())?;
-    if as_cut as f64 > CLEARLY * scaled as f64 {
+    if 100 * as_cut > CLEARLY * scaled {
         rig.meta = *cut;
         let [w, h] = rig.meta.sizes()[0];
         rig.notes = vec![format!(
