@@ -102,7 +102,7 @@ pub(crate) fn matches(
 
 fn quality(set: &Dataset, start: &Extrinsics<f64>) -> Result<Quality> {
     let truth = set.truth::<f64>()?;
-    let calibration = set.calibration(&truth, &LensCorrection::NONE)?;
+    let calibration = set.meta.calibration(&truth, &LensCorrection::NONE)?;
     let offsets: Vec<f64> =
         row_offsets_px(set, &calibration).into_iter().flatten().flatten().collect();
     let right: Vec<f64> = offsets.iter().copied().filter(|px| px.abs() <= RIGHT_PX).collect();

@@ -127,7 +127,7 @@ impl Histogram {
         let offsets = |calibration: &Calibration<f64>| -> Vec<Option<f64>> {
             row_offsets_px(set, calibration).into_iter().flatten().collect()
         };
-        let before = offsets(&set.calibration(log.factory(), &LensCorrection::NONE)?);
+        let before = offsets(&set.meta.calibration(log.factory(), &LensCorrection::NONE)?);
         let after = log.fused().map(|f| f.calibration(set)).transpose()?.as_ref().map(offsets);
         let all = before.len();
         let fits = |i: &usize| {

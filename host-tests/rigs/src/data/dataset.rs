@@ -11,11 +11,11 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
-use stereo_selfcal::geometry::LensCorrection;
-use stereo_selfcal::{Calibration, Cameras, Extrinsics, Scalar};
+use stereo_selfcal::{Cameras, Extrinsics, Scalar};
 
+use super::csv_file;
 use super::frame_rows::FrameRows;
-use super::matches::{Match, read_pair};
+use super::matches::Match;
 use super::meta::Meta;
 use super::pairs_folder::PairsFolder;
 use super::rigs::{self, Rig};
@@ -35,7 +35,6 @@ pub struct Dataset {
 
 impl Dataset {
     /// Folder of the shipped sets.
-    #[must_use]
     pub fn shipped() -> PathBuf {
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../data")
     }
@@ -70,9 +69,6 @@ impl Dataset {
     }
 
     /// Reads a folder; pairs in the order of their file names, or of `pairs.csv`.
-    ///
-    /// # Errors
-    /// Names the file, and the line if known.
     pub fn load(dir: &Path) -> Result<Self> {
         let meta = Meta::read(&dir.join("meta.json"))
             .with_context(|| format!("{} is not a data set", dir.display()))?;
@@ -95,30 +91,11 @@ impl Dataset {
     }
 
     /// Both cameras.
-    ///
-    /// # Errors
-    /// As [`Meta::cameras`].
     pub fn cameras<T: Scalar>(&self) -> Result<Cameras<T>> {
         self.meta.cameras()
     }
 
-    /// A calibration: the extrinsics, and the cameras of the set with a correction.
-    ///
-    /// # Errors
-    /// As [`Meta::cameras`].
-    pub fn calibration(
-        &self,
-        extrinsics: &Extrinsics<f64>,
-        correction: &LensCorrection<f64>,
-    ) -> Result<Calibration<f64>> {
-        let cameras = self.meta.corrected(correction).cameras()?;
-        Ok(Calibration { cameras, extrinsics: *extrinsics, generation: 0 })
-    }
-
     /// True extrinsics of the data set; if the rig moves, those of the last pair.
-    ///
-    /// # Errors
-    /// As [`Meta::extrinsics`].
     pub fn truth<T: Scalar>(&self) -> Result<Extrinsics<T>> {
         self.meta.extrinsics()
     }
@@ -139,10 +116,8 @@ fn pairs(dir: &Path) -> Result<Vec<Vec<Match>>> {
     let (pairs_dir, one_file) = (dir.join("pairs"), dir.join("pairs.csv"));
     if one_file.is_file() {
         ensure!(!pairs_dir.exists(), "{} has both pairs/ and pairs.csv", dir.display());
-        let read = || -> Result<_> {
-            let rows = FrameRows::open(BufReader::new(File::open(&one_file)?))?;
-            Ok(rows.collect::<Result<_, _>>()?)
-        };
+        let read =
+            || -> Result<_> { FrameRows::open(BufReader::new(File::open(&one_file)?))?.collect() };
         return read().with_context(|| format!("cannot read {}", one_file.display()));
     }
     let mut files: Vec<PathBuf> = fs::read_dir(&pairs_dir)
@@ -152,13 +127,14 @@ fn pairs(dir: &Path) -> Result<Vec<Vec<Match>>> {
     files.retain(|path| path.extension().is_some_and(|e| e == "csv"));
     files.sort();
     ensure!(!files.is_empty(), "no pair files (*.csv) in {}", pairs_dir.display());
-    files.iter().map(|path| read_pair(path)).collect()
+    files.iter().map(|path| csv_file::read(path)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::data::meta::LensModel;
+    use stereo_selfcal::geometry::LensCorrection;
 
     #[test]
     fn a_saved_set_loads_back_equal_and_nothing_is_overwritten() {
@@ -178,21 +154,16 @@ mod tests {
         let meta = |name: &str| Dataset::load(&Dataset::shipped().join(name)).unwrap().meta;
         let radial = meta("opencv_chess_sift");
         let pinhole = Meta { dist_r: Vec::new(), ..meta("motorcycle_sift") };
-        let fisheye = [0.01, -0.02, 0.0, 0.0].to_vec();
-        let fisheye = Meta {
-            dist_l: fisheye.clone(),
-            dist_r: fisheye,
-            lens: LensModel::Fisheye,
+        let with = |lens, dist: &[f64]| Meta {
+            dist_l: dist.to_vec(),
+            dist_r: dist.to_vec(),
+            lens,
             ..radial.clone()
         };
-        let rational = [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2].to_vec();
-        let rational = Meta {
-            dist_l: rational.clone(),
-            dist_r: rational,
-            lens: LensModel::Rational,
-            ..radial.clone()
-        };
-        for meta in [radial, pinhole, fisheye, rational] {
+        let fisheye = with(LensModel::Fisheye, &[0.01, -0.02, 0.0, 0.0]);
+        let rational = [9.1, 5.2, 1e-4, -2e-4, 0.3, 9.5, 7.6, 1.2];
+        let rational = with(LensModel::Rational, &rational);
+        for meta in [radial.clone(), pinhole, fisheye, rational] {
             let corrected = meta.corrected(&correction).cameras::<f64>().unwrap();
             assert_eq!(corrected, meta.cameras().unwrap().corrected(&correction).unwrap());
             assert_eq!(meta.corrected(&LensCorrection::NONE), meta);
@@ -204,7 +175,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("0007.csv");
         fs::write(&path, "ul,vl,ur,vr,score\n1,2,3,4,1\n1,2,x,4,1\n").unwrap();
-        let error = format!("{:#}", read_pair(&path).unwrap_err());
+        let error = format!("{:#}", csv_file::read::<Match>(&path).unwrap_err());
         assert!(error.contains("0007.csv") && error.contains("line: 3"), "{error}");
     }
 }

@@ -1,10 +1,11 @@
 //! True depths of matches: `truth/NNNN.csv` beside the pairs of a data set. `NNNN` is the number of the pair, from 0.
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use serde::Deserialize;
+
+use super::csv_file;
 
 /// The true depth of a match of a pair.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
@@ -18,33 +19,25 @@ pub struct TrueDepth {
 
 /// Reads the true depths of the first `pairs` pairs of a data set; `None` if it has no folder `truth`. A pair without a
 /// file has no depths.
-///
-/// # Errors
-/// Names the file.
 pub fn read(dir: &Path, pairs: usize) -> Result<Option<Vec<Vec<TrueDepth>>>> {
     let truth = dir.join("truth");
     if !truth.is_dir() {
         return Ok(None);
     }
-    (0..pairs).map(|i| of_pair(&truth.join(format!("{i:04}.csv")))).collect::<Result<_>>().map(Some)
-}
-
-fn of_pair(path: &Path) -> Result<Vec<TrueDepth>> {
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let read = || -> Result<Vec<TrueDepth>> {
-        let text = fs::read_to_string(path)?;
-        let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize();
-        let depths: Vec<TrueDepth> = rows.collect::<Result<_, _>>()?;
-        ensure!(depths.iter().all(|d| d.depth_m > 0.0), "a depth must be above 0 m");
+    let of_pair = |pair| -> Result<Vec<TrueDepth>> {
+        let depths: Vec<TrueDepth> = csv_file::read_pair(&truth, pair)?;
+        let path = csv_file::of_pair(&truth, pair);
+        let positive = depths.iter().all(|d| d.depth_m > 0.0);
+        ensure!(positive, "cannot read {}: a depth must be above 0 m", path.display());
         Ok(depths)
     };
-    read().with_context(|| format!("cannot read {}", path.display()))
+    (0..pairs).map(of_pair).collect::<Result<_>>().map(Some)
 }
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

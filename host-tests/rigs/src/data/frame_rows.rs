@@ -8,9 +8,16 @@
 use std::collections::BTreeSet;
 use std::io::{BufRead, Read};
 
+use anyhow::{Context, Result, bail, ensure};
+
 use super::frame_numbers::FrameNumbers;
-use super::frame_rows_error::{FrameRowsError, LONGEST_LINE, MOST_ROWS};
 use super::matches::Match;
+
+/// Longest line with its line feed, bytes.
+pub const LONGEST_LINE: usize = 4096;
+
+/// Most rows of a frame.
+const MOST_ROWS: usize = 1 << 20;
 
 /// Names of the columns; the last two may be missing.
 const COLUMNS: [&str; 7] = ["frame", "ul", "vl", "ur", "vr", "score", "step"];
@@ -39,8 +46,8 @@ impl<R: BufRead> FrameRows<R> {
     /// Reads the header.
     ///
     /// # Errors
-    /// [`FrameRowsError::Empty`], [`FrameRowsError::Header`], [`FrameRowsError::Line`] or [`FrameRowsError::Io`].
-    pub fn open(input: R) -> Result<Self, FrameRowsError> {
+    /// If the input cannot be read, or does not start with the names of the columns; names the line, from 1.
+    pub fn open(input: R) -> Result<Self> {
         let mut rows = Self {
             input,
             line: 0,
@@ -50,25 +57,26 @@ impl<R: BufRead> FrameRows<R> {
             seen: FrameNumbers::default(),
             ended: false,
         };
-        let header = rows.next_line()?.ok_or(FrameRowsError::Empty)?;
-        let refused = |why| FrameRowsError::Header { line: rows.line, why };
-        (rows.places, rows.fields) = columns(&header).map_err(refused)?;
+        let header = rows.next_line()?.context("it is empty")?;
+        (rows.places, rows.fields) =
+            columns(&header).with_context(|| format!("line {}", rows.line))?;
         Ok(rows)
     }
 
     /// The next line that is not empty, without its end.
-    fn next_line(&mut self) -> Result<Option<String>, FrameRowsError> {
+    fn next_line(&mut self) -> Result<Option<String>> {
         loop {
             let mut bytes = Vec::new();
             // Reads one byte beyond the limit, to notice a longer line.
             let most = u64::try_from(LONGEST_LINE).unwrap_or(u64::MAX).saturating_add(1);
-            let read = (&mut self.input).take(most).read_until(b'\n', &mut bytes);
-            if read.map_err(FrameRowsError::Io)? == 0 {
+            if (&mut self.input).take(most).read_until(b'\n', &mut bytes)? == 0 {
                 return Ok(None);
             }
             self.line += 1;
             let text = String::from_utf8(bytes).ok().filter(|text| text.len() <= LONGEST_LINE);
-            let text = text.ok_or(FrameRowsError::Line(self.line))?;
+            let text = text.with_context(|| {
+                format!("line {}: not text, or longer than {LONGEST_LINE} bytes", self.line)
+            })?;
             if !text.trim().is_empty() {
                 return Ok(Some(text.trim().to_owned()));
             }
@@ -76,23 +84,23 @@ impl<R: BufRead> FrameRows<R> {
     }
 
     /// The next row.
-    fn next_row(&mut self) -> Result<Option<(u64, Match)>, FrameRowsError> {
+    fn next_row(&mut self) -> Result<Option<(u64, Match)>> {
         let Some(text) = self.next_line()? else { return Ok(None) };
         let line = self.line;
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
-        if fields.len() != self.fields {
-            let (found, expected) = (fields.len(), self.fields);
-            return Err(FrameRowsError::Fields { line, found, expected });
-        }
+        let (found, expected) = (fields.len(), self.fields);
+        ensure!(found == expected, "line {line}: {found} fields; the header has {expected}");
         let field = |i: usize| self.places[i].and_then(|place| fields.get(place)).copied();
         let frame = field(0).unwrap_or_default();
-        let frame =
-            frame.parse().map_err(|_| FrameRowsError::Frame { line, field: frame.to_owned() })?;
+        let frame = frame.parse().ok().with_context(|| {
+            format!("line {line}: frame `{frame}` is not a whole number from 0")
+        })?;
         let number = |i: usize, missing: f64| {
             let Some(field) = field(i) else { return Ok(missing) };
             let number = field.parse().ok().filter(|x: &f64| x.is_finite());
             let column = COLUMNS[i];
-            number.ok_or_else(|| FrameRowsError::Number { line, column, field: field.to_owned() })
+            number
+                .with_context(|| format!("line {line}: {column} `{field}` is not a finite number"))
         };
         let row = Match {
             ul: number(1, 0.0)?,
@@ -105,26 +113,28 @@ impl<R: BufRead> FrameRows<R> {
         Ok(Some((frame, row)))
     }
 
-    fn next_pair(&mut self) -> Result<Option<Vec<Match>>, FrameRowsError> {
+    fn next_pair(&mut self) -> Result<Option<Vec<Match>>> {
         let first = match self.ahead.take() {
             Some(row) => Some(row),
             None => self.next_row()?,
         };
         let Some((frame, row)) = first else {
-            return if self.seen.is_empty() { Err(FrameRowsError::NoRows) } else { Ok(None) };
+            ensure!(!self.seen.is_empty(), "there are no matches below the header");
+            return Ok(None);
         };
-        if !self.seen.insert(frame) {
-            return Err(FrameRowsError::Returned { line: self.line, frame });
-        }
+        ensure!(
+            self.seen.insert(frame),
+            "line {}: frame {frame} continues after another one: the rows of a frame must follow each other",
+            self.line
+        );
         let mut pair = vec![row];
         while let Some((next, row)) = self.next_row()? {
             if next != frame {
                 self.ahead = Some((next, row));
                 break;
             }
-            if pair.len() == MOST_ROWS {
-                return Err(FrameRowsError::TooLong { line: self.line, frame });
-            }
+            let fits = pair.len() < MOST_ROWS;
+            ensure!(fits, "line {}: frame {frame} has more than {MOST_ROWS} rows", self.line);
             pair.push(row);
         }
         Ok(Some(pair))
@@ -132,7 +142,7 @@ impl<R: BufRead> FrameRows<R> {
 }
 
 impl<R: BufRead> Iterator for FrameRows<R> {
-    type Item = Result<Vec<Match>, FrameRowsError>;
+    type Item = Result<Vec<Match>>;
 
     fn next(&mut self) -> Option<Self::Item> {
         if self.ended {
@@ -145,25 +155,27 @@ impl<R: BufRead> Iterator for FrameRows<R> {
 }
 
 /// Position of each column, and the number of columns.
-fn columns(header: &str) -> Result<([Option<usize>; COLUMNS.len()], usize), String> {
+fn columns(header: &str) -> Result<([Option<usize>; COLUMNS.len()], usize)> {
     // Spreadsheets write a byte order mark first, and quote the names.
     let header = header.trim_start_matches('\u{feff}');
     let names: Vec<&str> =
         header.split(',').map(|name| name.trim().trim_matches('"').trim()).collect();
-    if names.iter().all(|name| name.parse::<f64>().is_ok()) {
-        return Err("there is no header".into());
-    }
-    if let Some(name) = names.iter().find(|name| !COLUMNS.contains(name)) {
-        return Err(format!("`{name}` is not one of the columns"));
-    }
-    if names.iter().collect::<BTreeSet<_>>().len() != names.len() {
-        return Err("a column occurs twice".into());
-    }
     let places = COLUMNS.map(|column| names.iter().position(|name| *name == column));
-    match COLUMNS.iter().zip(places).take(NEEDED).find(|(_, place)| place.is_none()) {
-        Some((column, _)) => Err(format!("there is no column `{column}`")),
-        None => Ok((places, names.len())),
-    }
+    let missing = COLUMNS.iter().zip(places).take(NEEDED).find(|(_, place)| place.is_none());
+    let why = if names.iter().all(|name| name.parse::<f64>().is_ok()) {
+        "there is no header".to_owned()
+    } else if let Some(name) = names.iter().find(|name| !COLUMNS.contains(name)) {
+        format!("`{name}` is not one of the columns")
+    } else if names.iter().collect::<BTreeSet<_>>().len() != names.len() {
+        "a column occurs twice".to_owned()
+    } else if let Some((column, _)) = missing {
+        format!("there is no column `{column}`")
+    } else {
+        return Ok((places, names.len()));
+    };
+    bail!(
+        "{why}; the first line that is not empty names the columns frame,ul,vl,ur,vr and optionally score,step"
+    )
 }
 
 #[cfg(test)]
@@ -171,8 +183,8 @@ mod tests {
     use super::*;
 
     fn read(text: &str) -> Result<Vec<Vec<Match>>, String> {
-        let rows = FrameRows::open(text.as_bytes()).map_err(|why| why.to_string())?;
-        rows.collect::<Result<_, _>>().map_err(|why| why.to_string())
+        let read = || FrameRows::open(text.as_bytes())?.collect::<Result<_>>();
+        read().map_err(|why| format!("{why:#}"))
     }
 
     #[test]

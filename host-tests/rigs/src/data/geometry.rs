@@ -10,13 +10,11 @@ pub type Rows = [[f64; 3]; 3];
 pub type Rays = [Vector3<f64>; 2];
 
 /// The matrix of these rows.
-#[must_use]
 pub fn matrix(rows: &Rows) -> Matrix3<f64> {
     Matrix3::from_row_iterator(rows.iter().flatten().copied())
 }
 
 /// The rows of a matrix.
-#[must_use]
 pub fn rows(m: &Matrix3<f64>) -> Rows {
     std::array::from_fn(|i| std::array::from_fn(|j| m[(i, j)]))
 }
@@ -26,7 +24,6 @@ pub fn rows(m: &Matrix3<f64>) -> Rows {
 /// # Panics
 /// If rounding moves the baseline across the least angle to an optical axis that [`Extrinsics`] allows. `Extrinsics`
 /// further from this limit are valid in both scalars.
-#[must_use]
 pub fn in_f64<T: Scalar>(extrinsics: &Extrinsics<T>) -> Extrinsics<f64> {
     let r = Matrix3::from_row_slice(&extrinsics.rotation_row_major().map(T::to_f64));
     let t: Vector3<f64> = extrinsics.translation().map(T::to_f64);

@@ -1,8 +1,5 @@
 //! A correspondence in the form of the files.
 
-use std::path::Path;
-
-use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::{Correspondence, Scalar};
 
@@ -26,7 +23,6 @@ pub struct Match {
 
 impl Match {
     /// Conversion to the core's type.
-    #[must_use]
     pub fn correspondence<T: Scalar>(&self) -> Correspondence<T> {
         Correspondence {
             left: [self.ul, self.vl].map(T::lit),
@@ -35,11 +31,4 @@ impl Match {
             grid_step: T::lit(self.step),
         }
     }
-}
-
-/// Reads the correspondences of one pair.
-pub(super) fn read_pair(path: &Path) -> Result<Vec<Match>> {
-    let read = || csv::Reader::from_path(path)?.into_deserialize().collect();
-    let rows: Result<Vec<Match>, csv::Error> = read();
-    rows.with_context(|| format!("cannot read {}", path.display()))
 }

@@ -7,7 +7,7 @@ use anyhow::{Context, Error, Result, anyhow, ensure};
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::geometry::{Fisheye, LensCorrection, RadialTangential, Rational};
-use stereo_selfcal::{Camera, Cameras, Extrinsics, Intrinsics, Lens, Scalar};
+use stereo_selfcal::{Calibration, Camera, Cameras, Extrinsics, Intrinsics, Lens, Scalar};
 
 use super::geometry::{Rows, matrix};
 use super::sign::WrongSign;
@@ -66,6 +66,34 @@ pub struct Meta {
 }
 
 impl Meta {
+    /// Two pinholes with these camera matrices and image sizes, side by side: `R = I`, `t = (-1, 0, 0)`. Nothing else is
+    /// known.
+    pub fn side_by_side(
+        [k_l, k_r]: [Rows; 2],
+        [left, right]: [[u16; 2]; 2],
+        source: String,
+    ) -> Self {
+        Self {
+            k_l,
+            k_r,
+            dist_l: vec![0.0; 5],
+            dist_r: vec![0.0; 5],
+            lens: LensModel::RadialTangential,
+            lens_r: None,
+            width: left[0],
+            height: left[1],
+            size_r: (right != left).then_some(right),
+            r: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            t: [-1.0, 0.0, 0.0],
+            baseline_m: None,
+            source,
+            license: String::new(),
+            sigma_r_deg: None,
+            sigma_t_deg: None,
+            other: serde_json::Map::new(),
+        }
+    }
+
     /// Key in [`Meta::other`]: standard deviation of the yaw of the extrinsics that a run starts from, degrees; null if
     /// they are a guess.
     pub const FACTORY_YAW_SD: &str = "factory_yaw_sd_deg";
@@ -76,7 +104,6 @@ impl Meta {
     pub const LENS_YAW: &str = "lens_yaw";
 
     /// Value of [`Self::LENS_YAW`], rad; `None` if the key is absent, or the value is 0 or not a number.
-    #[must_use]
     pub fn lens_yaw(&self) -> Option<f64> {
         self.other.get(Self::LENS_YAW)?.as_f64().filter(|a| *a != 0.0)
     }
@@ -106,19 +133,16 @@ impl Meta {
     pub const CALIBRATED: &str = "calibrated";
 
     /// Whether a calibration measured `R` and `t`.
-    #[must_use]
     pub fn is_calibrated(&self) -> bool {
         self.has_reference() && self.other.get(Self::CALIBRATED) == Some(&true.into())
     }
 
     /// Lens models, left and right.
-    #[must_use]
     pub fn lenses(&self) -> [LensModel; 2] {
         [self.lens, self.lens_r.unwrap_or(self.lens)]
     }
 
     /// Width and height of the left and of the right image, px.
-    #[must_use]
     pub fn sizes(&self) -> [[u16; 2]; 2] {
         let left = [self.width, self.height];
         [left, self.size_r.unwrap_or(left)]
@@ -144,8 +168,17 @@ impl Meta {
         Ok(Cameras { left, right })
     }
 
+    /// A calibration: the extrinsics, and the cameras with a correction.
+    pub fn calibration(
+        &self,
+        extrinsics: &Extrinsics<f64>,
+        correction: &LensCorrection<f64>,
+    ) -> Result<Calibration<f64>> {
+        let cameras = self.corrected(correction).cameras()?;
+        Ok(Calibration { cameras, extrinsics: *extrinsics, generation: 0 })
+    }
+
     /// The rig with the right focal lengths and radial coefficients corrected as in [`Cameras::corrected`].
-    #[must_use]
     pub fn corrected(&self, correction: &LensCorrection<f64>) -> Self {
         let mut meta = self.clone();
         if correction.is_none() {
@@ -171,7 +204,6 @@ impl Meta {
     }
 
     /// Whether `R` and `t` are present, that is, not zero.
-    #[must_use]
     pub fn has_reference(&self) -> bool {
         self.r.iter().flatten().chain(&self.t).any(|&x| x != 0.0)
     }

@@ -1,10 +1,10 @@
 //! Recorded data: data sets with known extrinsics, and files of single pairs.
 
+mod csv_file;
 mod dataset;
 pub mod depths;
 mod frame_numbers;
 mod frame_rows;
-mod frame_rows_error;
 mod geometry;
 mod matches;
 mod meta;
@@ -17,8 +17,7 @@ pub mod tracked;
 mod turned_view;
 
 pub use dataset::Dataset;
-pub use frame_rows::FrameRows;
-pub use frame_rows_error::{FrameRowsError, LONGEST_LINE, MOST_ROWS};
+pub use frame_rows::{FrameRows, LONGEST_LINE};
 pub use geometry::{Rays, Rows, in_f64, matrix, rows};
 pub use matches::Match;
 pub use meta::{LensModel, Meta, check_camera_matrix};

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
+use super::csv_file;
 use super::matches::Match;
 use super::meta::Meta;
 
@@ -35,19 +36,8 @@ impl PairsFolder {
     }
 
     /// Writes the next pair.
-    ///
-    /// # Errors
-    /// Names the file.
     pub fn push(&mut self, pair: &[Match]) -> Result<()> {
-        let path = self.pairs_dir.join(format!("{:04}.csv", self.count));
-        let write = || -> Result<()> {
-            let mut file = csv::Writer::from_path(&path)?;
-            for row in pair {
-                file.serialize(row)?;
-            }
-            Ok(file.flush()?)
-        };
-        write().with_context(|| format!("cannot write {}", path.display()))?;
+        csv_file::write(&csv_file::of_pair(&self.pairs_dir, self.count), pair)?;
         self.count += 1;
         Ok(())
     }

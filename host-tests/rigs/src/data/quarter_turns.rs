@@ -13,7 +13,6 @@ pub struct QuarterTurns(pub [u8; 2]);
 impl QuarterTurns {
     /// The turns after which the right camera stands to the right of the left one, and both images have about the same
     /// roll; zero for a side-by-side rig.
-    #[must_use]
     pub fn upright(meta: &Meta) -> Self {
         let centre = -(matrix(&meta.r).transpose() * Vector3::from(meta.t));
         let left = quarters(-centre.y.atan2(centre.x));
@@ -21,14 +20,12 @@ impl QuarterTurns {
     }
 
     /// Number of clockwise quarter turns of the right image that bring its roll closest to the roll of the left one.
-    #[must_use]
     pub fn of_right(meta: &Meta) -> u8 {
         let r = matrix(&meta.r);
         quarters(-r[(1, 0)].atan2(r[(0, 0)]))
     }
 
     /// Whether both turns are zero.
-    #[must_use]
     pub fn is_none(self) -> bool {
         self.0 == [0; 2]
     }
@@ -37,7 +34,6 @@ impl QuarterTurns {
     /// y (down).
     ///
     /// * `side`: 0 for the left camera, 1 for the right one.
-    #[must_use]
     pub fn rotation(self, side: usize) -> Matrix3<f64> {
         let (sin, cos) =
             [(0.0, 1.0), (1.0, 0.0), (0.0, -1.0), (-1.0, 0.0)][usize::from(self.0[side] % 4)];
@@ -48,7 +44,6 @@ impl QuarterTurns {
     ///
     /// * `side`: 0 for the left image, 1 for the right one.
     /// * `size`: width and height of the image before its turn, px.
-    #[must_use]
     pub fn pixel_back(self, side: usize, size: [u16; 2], [u, v]: [f64; 2]) -> [f64; 2] {
         let [right, bottom] = size.map(|n| f64::from(n) - 1.0);
         match self.0[side] % 4 {
@@ -60,7 +55,6 @@ impl QuarterTurns {
     }
 
     /// Maps a match of the original images to the turned images.
-    #[must_use]
     pub fn of_match(self, meta: &Meta, m: &Match) -> Match {
         let back = Self(self.0.map(|quarters| (4 - quarters % 4) % 4));
         let at = |side: usize, pixel: [f64; 2]| {
@@ -71,7 +65,6 @@ impl QuarterTurns {
     }
 
     /// The rig of the turned images.
-    #[must_use]
     pub fn meta(self, meta: &Meta) -> Meta {
         let [left, right] = [self.rotation(0), self.rotation(1)];
         let mut turned = meta.clone();
@@ -88,7 +81,6 @@ impl QuarterTurns {
     }
 
     /// Size of an image after its turn, px.
-    #[must_use]
     pub fn size(self, side: usize, [width, height]: [u16; 2]) -> [u16; 2] {
         if self.0[side] % 2 == 1 { [height, width] } else { [width, height] }
     }

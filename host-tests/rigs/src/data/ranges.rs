@@ -1,13 +1,14 @@
 //! Points of known distance in the pairs of a recording.
 
 use std::collections::BTreeMap;
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Result, ensure};
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::Scalar;
 use stereo_selfcal::depth::{Range, RangeReading};
+
+use super::csv_file;
 
 /// Readings of each pair, by the number of the pair from 0.
 pub type Ranges = BTreeMap<usize, Vec<RangeReading<f64>>>;
@@ -39,61 +40,37 @@ enum Along {
 /// `pair` is the number of the pair from 0. `u,v` are px of the left image, and `ur,vr` the same point in the right
 /// image. `range_m` is the distance, and `sd_m` its standard deviation, m. `along` says whether the distance is along
 /// the optical axis (`axis`) or along the ray of the point (`ray`).
-///
-/// # Errors
-/// Names the file.
 pub fn read(path: &Path) -> Result<Ranges> {
-    let read = || -> Result<Ranges> {
-        let text = fs::read_to_string(path)?;
-        let mut ranges = Ranges::new();
-        for row in csv::Reader::from_reader(text.as_bytes()).into_deserialize() {
-            let Row { pair, u, v, range_m, sd_m, along, ur, vr } = row?;
-            let range = match along {
-                Along::Axis => Range::AlongAxis(range_m),
-                Along::Ray => Range::AlongRay(range_m),
-            };
-            let right = match (ur, vr) {
-                (Some(ur), Some(vr)) => Some([ur, vr]),
-                (None, None) => None,
-                _ => bail!("pair {pair}: ur without vr, or vr without ur"),
-            };
-            ranges.entry(pair).or_default().push(RangeReading {
-                pixel: [u, v],
-                right,
-                range,
-                sd_m,
-            });
-        }
-        Ok(ranges)
-    };
-    read().with_context(|| format!("cannot read {}", path.display()))
+    let mut ranges = Ranges::new();
+    for Row { pair, u, v, range_m, sd_m, along, ur, vr } in csv_file::read(path)? {
+        let range = match along {
+            Along::Axis => Range::AlongAxis(range_m),
+            Along::Ray => Range::AlongRay(range_m),
+        };
+        let right = ur.zip(vr).map(<[f64; 2]>::from);
+        let half = ur.is_some() != vr.is_some();
+        ensure!(!half, "{}: pair {pair}: ur without vr, or vr without ur", path.display());
+        ranges.entry(pair).or_default().push(RangeReading { pixel: [u, v], right, range, sd_m });
+    }
+    Ok(ranges)
 }
 
 /// Writes a file that [`read`] reads back.
-///
-/// # Errors
-/// Names the file.
 pub fn write(path: &Path, ranges: &Ranges) -> Result<()> {
-    write_rows(path, ranges).with_context(|| format!("cannot write {}", path.display()))
-}
-
-fn write_rows(path: &Path, ranges: &Ranges) -> Result<()> {
-    let mut writer = csv::Writer::from_path(path)?;
-    for (&pair, readings) in ranges {
-        for RangeReading { pixel: [u, v], right, range, sd_m } in readings {
-            let (along, range_m) = match *range {
-                Range::AlongAxis(range_m) => (Along::Axis, range_m),
-                Range::AlongRay(range_m) => (Along::Ray, range_m),
-            };
-            let [ur, vr] = right.map_or([None; 2], |[u, v]| [Some(u), Some(v)]);
-            writer.serialize(Row { pair, u: *u, v: *v, range_m, sd_m: *sd_m, along, ur, vr })?;
-        }
-    }
-    Ok(writer.flush()?)
+    let row = |pair: usize, reading: &RangeReading<f64>| {
+        let RangeReading { pixel: [u, v], right, range, sd_m } = *reading;
+        let (along, range_m) = match range {
+            Range::AlongAxis(range_m) => (Along::Axis, range_m),
+            Range::AlongRay(range_m) => (Along::Ray, range_m),
+        };
+        let [ur, vr] = right.map_or([None; 2], |right| right.map(Some));
+        Row { pair, u, v, range_m, sd_m, along, ur, vr }
+    };
+    let all = ranges.iter().flat_map(|(pair, all)| all.iter().map(move |one| row(*pair, one)));
+    csv_file::write(path, all)
 }
 
 /// A reading in the number type of a calibrator.
-#[must_use]
 pub fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {
     let RangeReading { pixel, right, range, sd_m } = *reading;
     let range = match range {
@@ -106,6 +83,8 @@ pub fn in_scalar<T: Scalar>(reading: &RangeReading<f64>) -> RangeReading<T> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
 
     #[test]

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use stereo_selfcal::batch::RayPair;
 use stereo_selfcal::{Cameras, Scalar};
 
-use super::Match;
+use super::{Match, csv_file};
 
 /// A match in a pair and in a later pair.
 pub type Track = [Match; 2];
@@ -27,56 +27,33 @@ struct Row {
 }
 
 /// Reads the tracks that start in each of the first `pairs` pairs. A pair without a file has no tracks.
-///
-/// # Errors
-/// Names the file.
 pub fn read(dir: &Path, pairs: usize) -> Result<Vec<Vec<Track>>> {
-    (0..pairs).map(|i| of_pair(&dir.join("quads").join(format!("{i:04}.csv")))).collect()
+    let folder = dir.join("quads");
+    let of_pair = |i| Ok(csv_file::read_pair(&folder, i)?.into_iter().map(of_row).collect());
+    (0..pairs).map(of_pair).collect()
 }
 
 /// Writes the tracks that start in each pair. A pair without tracks gets no file.
-///
-/// # Errors
-/// Names the file.
 pub fn write(dir: &Path, tracks: &[Vec<Track>]) -> Result<()> {
     let folder = dir.join("quads");
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for (i, all) in tracks.iter().enumerate().filter(|(_, all)| !all.is_empty()) {
-        let path = folder.join(format!("{i:04}.csv"));
-        write_pair(&path, all).with_context(|| format!("cannot write {}", path.display()))?;
+        let row = |[one, two]: &Track| {
+            let Match { ul: ul1, vl: vl1, ur: ur1, vr: vr1, .. } = *one;
+            let Match { ul: ul2, vl: vl2, ur: ur2, vr: vr2, .. } = *two;
+            Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 }
+        };
+        csv_file::write(&csv_file::of_pair(&folder, i), all.iter().map(row))?;
     }
     Ok(())
 }
 
-fn write_pair(path: &Path, tracks: &[Track]) -> Result<()> {
-    let mut writer = csv::Writer::from_path(path)?;
-    for [Match { ul: ul1, vl: vl1, ur: ur1, vr: vr1, .. }, two] in tracks.iter().copied() {
-        let Match { ul: ul2, vl: vl2, ur: ur2, vr: vr2, .. } = two;
-        writer.serialize(Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 })?;
-    }
-    Ok(writer.flush()?)
-}
-
-fn of_pair(path: &Path) -> Result<Vec<Track>> {
-    if !path.is_file() {
-        return Ok(Vec::new());
-    }
-    let read = || -> Result<Vec<Track>> {
-        let text = fs::read_to_string(path)?;
-        let rows = csv::Reader::from_reader(text.as_bytes()).into_deserialize();
-        rows.map(|row| Ok(of_row(&row?))).collect()
-    };
-    read().with_context(|| format!("cannot read {}", path.display()))
-}
-
-fn of_row(row: &Row) -> Track {
+fn of_row(Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 }: Row) -> Track {
     let seen = |ul, vl, ur, vr| Match { ul, vl, ur, vr, score: 1.0, step: 0.0 };
-    let Row { ul1, vl1, ur1, vr1, ul2, vl2, ur2, vr2 } = *row;
     [seen(ul1, vl1, ur1, vr1), seen(ul2, vl2, ur2, vr2)]
 }
 
 /// Rays of the tracks. A track with a pixel that has no ray is left out.
-#[must_use]
 pub fn rays_of<T: Scalar>(cameras: &Cameras<T>, tracks: &[Track]) -> Vec<[RayPair<T>; 2]> {
     let rays = |[one, two]: &Track| {
         let [one, two] = [one, two].map(|m| cameras.rays(&m.correspondence()));

@@ -71,7 +71,6 @@ impl TurnedView {
     }
 
     /// `Rot`, from the old to the new frame of the turned camera.
-    #[must_use]
     pub fn rotation(self, degrees: f64) -> Matrix3<f64> {
         let axis = match self {
             Self::Top => -Vector3::x(),
@@ -110,7 +109,6 @@ impl Turn {
     }
 
     /// The turned data set.
-    #[must_use]
     pub fn set(&self, set: &Dataset) -> Dataset {
         let mut rigs = set.rigs.clone();
         for rig in &mut rigs {
@@ -125,7 +123,6 @@ impl Turn {
     }
 
     /// Name of the turned data set or rig.
-    #[must_use]
     pub fn name(&self, name: &str) -> String {
         let said = |side: &str, view: Option<TurnedView>| {
             view.map_or(String::new(), |view| format!("{side} {view:?} {}", self.degrees))
@@ -135,7 +132,6 @@ impl Turn {
     }
 
     /// The turned rig. Its yaw counts as a guess ([`Meta::FACTORY_YAW_SD`]).
-    #[must_use]
     pub fn meta(&self, rig: &Meta) -> Meta {
         let mut turned = rig.clone();
         turned.other.insert(Meta::FACTORY_YAW_SD.into(), serde_json::Value::Null);
@@ -159,7 +155,6 @@ impl Turn {
     }
 
     /// The turned matches of a pair, without those that leave an image or have no ray in their camera.
-    #[must_use]
     pub fn pair(&self, pair: &[Match]) -> Vec<Match> {
         let [left, right] = self.rotations();
         let turned = |camera, rotation: &Option<Matrix3<f64>>, pixel| match rotation {

@@ -9,7 +9,7 @@ use super::Files;
 use super::node::Value;
 use super::rig::{self, Pose, Unknowns, View, camera_matrix};
 use super::rigid::Rigid;
-use crate::data::{LensModel, Meta};
+use crate::data::{LensModel, Meta, check_camera_matrix};
 
 /// The whole rig.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
@@ -29,13 +29,11 @@ fn view(file: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
     let [fx, fy] = focal.array("two focal lengths")?;
     let [cx, cy] = find("cc", "the principal point")?.array("the principal point")?;
     if let Ok(skew) = find("alpha_c", "the skew") {
-        ensure!(
-            skew.number()? == 0.0,
-            skew.refuse("a skew is not supported: calibrate without it")
-        );
+        let why = "a skew is not supported: calibrate without it";
+        ensure!(skew.number()? == 0.0, skew.refuse(why));
     }
     let k = camera_matrix([fx, fy, cx, cy]);
-    crate::data::check_camera_matrix(&k).map_err(|why| focal.refuse(why))?;
+    check_camera_matrix(&k).map_err(|why| focal.refuse(why))?;
     let size = unknowns.size(side, None, file.place())?;
     View::of(k, LensModel::RadialTangential, Some(&find("kc", "k1 k2 p1 p2 k3")?), size)
 }

@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 
 use super::Files;
 use super::node::Value;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix};
+use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use crate::data::{LensModel, Meta};
 
@@ -148,21 +148,20 @@ fn view(files: &Files, side: usize, sensor: &Sensor, unknowns: Unknowns) -> Resu
 
 /// A camera of a model of COLMAP.
 fn camera(model: &str, params: &[f64], size: [u16; 2]) -> Result<View> {
-    let (lens, one_focal, names) = match model {
-        "SIMPLE_PINHOLE" => (LensModel::RadialTangential, true, 0),
-        "PINHOLE" => (LensModel::RadialTangential, false, 0),
-        "SIMPLE_RADIAL" => (LensModel::RadialTangential, true, 1),
-        "RADIAL" => (LensModel::RadialTangential, true, 2),
-        "OPENCV" => (LensModel::RadialTangential, false, 4),
-        "FULL_OPENCV" => (LensModel::RadialTangential, false, 8),
-        "OPENCV_FISHEYE" => (LensModel::Fisheye, false, 4),
-        "SIMPLE_RADIAL_FISHEYE" => (LensModel::Fisheye, true, 1),
-        "RADIAL_FISHEYE" => (LensModel::Fisheye, true, 2),
+    let (lens, focals, names) = match model {
+        "SIMPLE_PINHOLE" => (LensModel::RadialTangential, 1, 0),
+        "PINHOLE" => (LensModel::RadialTangential, 2, 0),
+        "SIMPLE_RADIAL" => (LensModel::RadialTangential, 1, 1),
+        "RADIAL" => (LensModel::RadialTangential, 1, 2),
+        "OPENCV" => (LensModel::RadialTangential, 2, 4),
+        "FULL_OPENCV" => (LensModel::RadialTangential, 2, 8),
+        "OPENCV_FISHEYE" => (LensModel::Fisheye, 2, 4),
+        "SIMPLE_RADIAL_FISHEYE" => (LensModel::Fisheye, 1, 1),
+        "RADIAL_FISHEYE" => (LensModel::Fisheye, 1, 2),
         _ => bail!(
             "camera model {model}: expected SIMPLE_PINHOLE, PINHOLE, SIMPLE_RADIAL, RADIAL, OPENCV, FULL_OPENCV or a fisheye: calibrate with OPENCV"
         ),
     };
-    let focals = if one_focal { 1 } else { 2 };
     ensure!(
         params.len() == focals + 2 + names,
         "camera model {model}: {} parameters: expected {}",
@@ -172,11 +171,9 @@ fn camera(model: &str, params: &[f64], size: [u16; 2]) -> Result<View> {
     let (focal, rest) = params.split_at(focals);
     let [cx, cy, given @ ..] = rest else { bail!("camera model {model}: no principal point") };
     let (fx, fy) = (focal[0], focal[focals - 1]);
-    let k = camera_matrix([fx, fy, cx - 0.5, cy - 0.5]);
-    crate::data::check_camera_matrix(&k)?;
     let mut given = given.to_vec();
     if lens == LensModel::Fisheye {
         given.resize(4, 0.0);
     }
-    View::with(k, lens, &given, size)
+    View::try_new([fx, fy, cx - 0.5, cy - 0.5], lens, &given, size)
 }

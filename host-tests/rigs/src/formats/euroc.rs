@@ -8,7 +8,7 @@ use super::Files;
 use super::node::Value;
 use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
-use crate::data::{LensModel, Meta};
+use crate::data::Meta;
 
 /// The whole rig.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
@@ -30,16 +30,7 @@ fn view(sensor: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
     if let Some(model) = sensor.get(&["camera_model"]).filter(|model| model.text() != "pinhole") {
         bail!(model.refuse("expected pinhole: calibrate with it"));
     }
-    let model = sensor.get(&["distortion_model"]);
-    let lens = match model.as_ref().map(Value::text).unwrap_or_default().as_str() {
-        "radial-tangential" | "none" | "" => LensModel::RadialTangential,
-        "equidistant" => LensModel::Fisheye,
-        _ => bail!(
-            sensor
-                .need(&["distortion_model"], "a model")?
-                .refuse("expected radial-tangential or equidistant: calibrate with one of them")
-        ),
-    };
+    let lens = rig::lens_at(sensor, &["distortion_model"])?;
     let given = sensor.need(&["intrinsics"], "fu fv cu cv")?;
     given.array::<4>("fu fv cu cv")?;
     let k = rig::intrinsics(&given)?;

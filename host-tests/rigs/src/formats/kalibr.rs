@@ -64,15 +64,7 @@ fn view(cam: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
             "expected pinhole, not omni, eucm or ds: calibrate with pinhole-radtan or pinhole-equi"
         ));
     }
-    let model = cam.get(&["distortion_model"]);
-    let lens = match model.as_ref().map(Value::text).unwrap_or_default().as_str() {
-        "radtan" | "none" | "" => LensModel::RadialTangential,
-        "equidistant" => LensModel::Fisheye,
-        _ => bail!(
-            cam.need(&["distortion_model"], "a model")?
-                .refuse("expected radtan, equidistant or none: calibrate with one of them")
-        ),
-    };
+    let lens = rig::lens_at(cam, &["distortion_model"])?;
     let given = cam.need(&["intrinsics"], "fu fv pu pv")?;
     given.array::<4>("fu fv pu pv")?;
     let k = rig::intrinsics(&given)?;

@@ -90,8 +90,7 @@ fn ways<'a>(sockets: &'a [Socket<'a>], from: &'a Socket<'a>) -> Result<Vec<(i32,
         }
         let r = rig::rotation(&r)?;
         let t = extrinsics.need(&["translation"], "x, y and z, cm")?;
-        let [x, y, z] = ["x", "y", "z"].map(|axis| t.need(&[axis], "cm")?.number());
-        let step = Rigid { r, t: Vector3::new(x?, y?, z?) / 100.0 };
+        let step = Rigid { r, t: Vector3::from(t.numbers_at(["x", "y", "z"])?) / 100.0 };
         let so_far = ways.last().map_or(Rigid::NONE, |(_, way)| *way);
         ways.push((to, so_far.then(&step)));
         here = next;
@@ -126,7 +125,7 @@ fn whole(value: &Value) -> Result<i32> {
 
 fn view(of: &Value) -> Result<View> {
     let kind = of.get(&["cameraType"]).map(|kind| whole(&kind)).transpose()?.unwrap_or(0);
-    let size = [of.need(&["width"], "px")?.count()?, of.need(&["height"], "px")?.count()?];
+    let size = of.size_at(&["width"], &["height"])?;
     let k = rig::intrinsics(&of.need(&["intrinsicMatrix"], "3 x 3 numbers")?)?;
     let given = of.get(&["distortionCoeff"]);
     if kind != 1 {

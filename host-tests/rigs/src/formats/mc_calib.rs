@@ -24,8 +24,7 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 }
 
 fn view(camera: &Value) -> Result<View> {
-    let kind = camera.get(&["distortion_type"]);
-    let lens = match kind.as_ref().map(Value::text).unwrap_or_default().as_str() {
+    let lens = match camera.text_at(&["distortion_type"]).as_str() {
         "0" | "" => LensModel::RadialTangential,
         "1" => LensModel::Fisheye,
         _ => bail!(
@@ -34,8 +33,7 @@ fn view(camera: &Value) -> Result<View> {
                 .refuse("expected 0 (Brown) or 1 (fisheye): calibrate with one of them")
         ),
     };
-    let size =
-        [camera.need(&["img_width"], "px")?.count()?, camera.need(&["img_height"], "px")?.count()?];
+    let size = camera.size_at(&["img_width"], &["img_height"])?;
     let k = rig::intrinsics(&camera.need(&["camera_matrix"], "3 x 3 numbers")?)?;
     View::of(k, lens, camera.get(&["distortion_vector"]).as_ref(), size)
 }

@@ -1,7 +1,7 @@
 //! Reads rigs from files of other tools, and writes rigs as files of OpenCV, Kalibr and ROS.
 //!
 //! Our convention is `p_r = R p_l + t`, `|t| = 1`, with the length of the baseline beside it, in metres. The table in
-//! `formats` has the formats that are read and the convention of each.
+//! `table` has the formats that are read and the convention of each.
 //!
 //! `T`, the last column of `T_cn_cnm1` and `P[0][3]` are negative in x for a side-by-side rig. The centre of the top
 //! left pixel is at `(0, 0)`. Numbers are written with the digits that read back to the same bits: `R`, `K` and lens of
@@ -16,7 +16,6 @@ mod camera_list;
 mod colmap;
 mod euroc;
 mod files;
-mod formats;
 mod kalibr;
 mod luxonis;
 mod mc_calib;
@@ -34,6 +33,7 @@ mod rigid;
 mod ros;
 mod scale;
 mod syntax;
+mod table;
 mod vins;
 mod zed;
 
@@ -44,8 +44,8 @@ use stereo_selfcal::Extrinsics;
 use strum::{Display, EnumMessage, EnumString, VariantArray};
 
 pub use files::{Document, Files};
-pub use formats::list;
 pub use rig::Unknowns;
+pub use table::list;
 
 use crate::data::Meta;
 
@@ -79,9 +79,6 @@ impl Format {
 
     /// As [`Format::write`]; the rectified camera of OpenCV and ROS sees the part of the images with this field of view
     /// across, degrees.
-    ///
-    /// # Errors
-    /// As [`Format::write`].
     pub fn write_part(self, meta: &Meta, field_deg: Option<f64>) -> Result<Vec<Document>> {
         rig::check(meta)?;
         // The rig as it will be read back, so that derived numbers have the same bits.
@@ -106,25 +103,16 @@ pub fn import(places: &[impl AsRef<Path>], unknowns: Unknowns) -> Result<Meta> {
 }
 
 /// As [`import`], for files in memory.
-///
-/// # Errors
-/// As [`import`].
 pub fn rig_of(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    formats::rig(files, unknowns)
+    table::rig(files, unknowns)
 }
 
 /// The rig of the rectified images of two `camera_info`: `P` is the camera, without distortion or turn.
-///
-/// # Errors
-/// As [`import`].
 pub fn rig_of_rectified(files: &Files) -> Result<Meta> {
     ros::of_rectified(files)
 }
 
 /// `R` and unit `t` alone: OpenCV's extrinsics.yml is enough.
-///
-/// # Errors
-/// As [`import`].
 pub fn import_extrinsics(place: &Path) -> Result<Extrinsics<f64>> {
     let files = Files::read(&[place])?;
     match opencv::pose_alone(&files) {

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::Files;
 use super::node::Value;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix};
+use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use crate::data::{LensModel, Meta};
 
@@ -25,22 +25,19 @@ pub(super) fn rig(files: &Files, _: Unknowns) -> Result<Meta> {
 }
 
 fn view(of: &Value) -> Result<View> {
-    let numbers = |keys: [&str; 4]| -> Result<[f64; 4]> {
-        let [a, b, c, d] = keys.map(|key| of.need(&[key], "a number")?.number());
-        Ok([a?, b?, c?, d?])
-    };
-    let size = [of.need(&["width"], "px")?.count()?, of.need(&["height"], "px")?.count()?];
-    let is_fisheye = of.get(&["mu"]).is_some();
-    let k = camera_matrix(numbers(if is_fisheye {
-        ["mu", "mv", "u0", "v0"]
-    } else {
-        ["fx", "fy", "cx", "cy"]
-    })?);
-    crate::data::check_camera_matrix(&k).map_err(|why| of.refuse(why))?;
-    if is_fisheye {
+    let size = of.size_at(&["width"], &["height"])?;
+    if of.get(&["mu"]).is_some() {
         // The k2 to k5 of the device are k1 to k4 of OpenCV's fisheye, as in VINS-Fusion.
-        let given = numbers(["k2", "k3", "k4", "k5"])?;
-        return View::with(k, LensModel::Fisheye, &given, size).map_err(|why| of.refuse(why));
+        let given = of.numbers_at(["k2", "k3", "k4", "k5"])?;
+        return View::try_new(
+            of.numbers_at(["mu", "mv", "u0", "v0"])?,
+            LensModel::Fisheye,
+            &given,
+            size,
+        )
+        .map_err(|why| of.refuse(why));
     }
-    View::of(k, LensModel::RadialTangential, of.get(&["coeffs"]).as_ref(), size)
+    let given = of.get(&["coeffs"]).map_or(Ok(Vec::new()), |given| given.numbers())?;
+    let k = of.numbers_at(["fx", "fy", "cx", "cy"])?;
+    View::try_new(k, LensModel::RadialTangential, &given, size).map_err(|why| of.refuse(why))
 }

@@ -191,6 +191,58 @@ impl<'a> Value<'a> {
         })
     }
 
+    /// The number of a required key.
+    pub(super) fn number_at(&self, key: &str) -> Result<f64> {
+        self.need(&[key], "a number")?.number()
+    }
+
+    /// The numbers of required keys.
+    pub(super) fn numbers_at<const N: usize>(
+        &self,
+        keys: [impl AsRef<str>; N],
+    ) -> Result<[f64; N]> {
+        let mut numbers = [0.0; N];
+        for (number, key) in numbers.iter_mut().zip(keys) {
+            *number = self.number_at(key.as_ref())?;
+        }
+        Ok(numbers)
+    }
+
+    /// The numbers of keys; 0 for a missing key.
+    pub(super) fn numbers_or_0(&self, keys: &[impl AsRef<str>]) -> Result<Vec<f64>> {
+        let number = |key: &_| {
+            let value = self.get(&[AsRef::<str>::as_ref(key)]);
+            value.map_or(Ok(0.0), |value| value.number())
+        };
+        keys.iter().map(number).collect()
+    }
+
+    /// The text of the first of these keys; empty without a value.
+    pub(super) fn text_at(&self, keys: &[&str]) -> String {
+        self.get(keys).as_ref().map(Self::text).unwrap_or_default()
+    }
+
+    /// Width and height of two keys, px.
+    pub(super) fn size_at(&self, width: &[&str], height: &[&str]) -> Result<[u16; 2]> {
+        Ok([self.need(width, "a width, px")?.count()?, self.need(height, "a height, px")?.count()?])
+    }
+
+    /// As [`Self::size_at`]; `None` if one of the keys is missing.
+    pub(super) fn size_if(&self, width: &[&str], height: &[&str]) -> Result<Option<[u16; 2]>> {
+        let both = self.get(width).is_some() && self.get(height).is_some();
+        both.then(|| self.size_at(width, height)).transpose()
+    }
+
+    /// The camera of this number in a list.
+    pub(super) fn camera(&self, n: u8) -> Result<Self> {
+        let all = self.items();
+        let count = all.len();
+        all.into_iter().nth(n.into()).with_context(|| {
+            let place = &self.place;
+            format!("{place}: {count} cameras, there is no number {n}: choose the left and the right one (--cameras)")
+        })
+    }
+
     /// The values of a list; empty for other nodes.
     pub(super) fn items(&self) -> Vec<Self> {
         let Node::List(all) = self.node else { return Vec::new() };
@@ -300,10 +352,8 @@ impl<'a> Value<'a> {
             last.iter().zip([0.0, 0.0, 0.0, 1.0]).all(|(a, b)| (a - b).abs() < ROUNDING);
         let three = self.shape()? == Some((3, 4));
         let whole = rows.len() == 12 && (last.len() == 4 || three) && homogeneous;
-        ensure!(
-            whole,
-            self.refuse("expected a transform of 4 x 4 numbers with the last row 0 0 0 1")
-        );
+        let wanted = "expected a transform of 4 x 4 numbers with the last row 0 0 0 1";
+        ensure!(whole, self.refuse(wanted));
         let at = |i: usize, j: usize| rows[4 * i + j];
         let rigid = Rigid { r: Matrix3::from_fn(at), t: Vector3::from_fn(|i, _| at(i, 3)) };
         rigid.check().map_err(|why| self.refuse(why))?;

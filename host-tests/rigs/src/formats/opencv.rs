@@ -24,75 +24,21 @@ pub(super) const KEYS: [&str; 4] = ["M1", "M2", "R", "T"];
 pub(super) const LISTS: [&str; 5] = ["K1", "cameraMatrix1", "camera_matrix_left", "K_left", "K_l"];
 
 /// Names of the camera matrices, left and right.
+#[rustfmt::skip]
 const K: [&[&str]; 2] = [
-    &[
-        "M1",
-        "K1",
-        "cameraMatrix1",
-        "camera_matrix_1",
-        "camera_matrix1",
-        "camera_matrix_left",
-        "left_camera_matrix",
-        "K_left",
-        "K_l",
-        "KL",
-        "Kl",
-        "mtxL",
-        "mtx_l",
-        "M_left",
-    ],
-    &[
-        "M2",
-        "K2",
-        "cameraMatrix2",
-        "camera_matrix_2",
-        "camera_matrix2",
-        "camera_matrix_right",
-        "right_camera_matrix",
-        "K_right",
-        "K_r",
-        "KR",
-        "Kr",
-        "mtxR",
-        "mtx_r",
-        "M_right",
-    ],
+    &["M1", "K1", "cameraMatrix1", "camera_matrix_1", "camera_matrix1", "camera_matrix_left", "left_camera_matrix",
+      "K_left", "K_l", "KL", "Kl", "mtxL", "mtx_l", "M_left"],
+    &["M2", "K2", "cameraMatrix2", "camera_matrix_2", "camera_matrix2", "camera_matrix_right", "right_camera_matrix",
+      "K_right", "K_r", "KR", "Kr", "mtxR", "mtx_r", "M_right"],
 ];
 
 /// Names of the lens coefficients, left and right.
+#[rustfmt::skip]
 const D: [&[&str]; 2] = [
-    &[
-        "D1",
-        "distCoeffs1",
-        "dist_coeffs_1",
-        "dist_coeffs1",
-        "distCoeffsLeft",
-        "dist_coeffs_left",
-        "distortion_left",
-        "dist_left",
-        "D_left",
-        "D_l",
-        "DL",
-        "Dl",
-        "dist_l",
-        "distL",
-    ],
-    &[
-        "D2",
-        "distCoeffs2",
-        "dist_coeffs_2",
-        "dist_coeffs2",
-        "distCoeffsRight",
-        "dist_coeffs_right",
-        "distortion_right",
-        "dist_right",
-        "D_right",
-        "D_r",
-        "DR",
-        "Dr",
-        "dist_r",
-        "distR",
-    ],
+    &["D1", "distCoeffs1", "dist_coeffs_1", "dist_coeffs1", "distCoeffsLeft", "dist_coeffs_left", "distortion_left",
+      "dist_left", "D_left", "D_l", "DL", "Dl", "dist_l", "distL"],
+    &["D2", "distCoeffs2", "dist_coeffs_2", "dist_coeffs2", "distCoeffsRight", "dist_coeffs_right", "distortion_right",
+      "dist_right", "D_right", "D_r", "DR", "Dr", "dist_r", "distR"],
 ];
 
 const R: &[&str] = &["R", "rotation", "rotation_matrix"];
@@ -135,10 +81,10 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let is_fisheye = files
         .get(&["fisheye_model"])
         .is_some_and(|value| !matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no"));
-    let lens = match files.get(&["distortion_model"]) {
-        _ if is_fisheye => LensModel::Fisheye,
-        model => rig::lens_of(model.as_ref())?,
-    };
+    let named = files.values().map(|file| rig::lens_at(&file, &["distortion_model"]));
+    let lenses = named.collect::<Result<Vec<_>>>()?;
+    let is_fisheye = is_fisheye || lenses.contains(&LensModel::Fisheye);
+    let lens = if is_fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
     let size = |side: usize| -> Result<[u16; 2]> {
         let own = match (files.get(WIDTH[side]), files.get(HEIGHT[side]), files.get(SIZE)) {
             (Some(width), Some(height), _) => Some([width.count()?, height.count()?]),

@@ -2,70 +2,43 @@
 //!
 //! ORB-SLAM3: `Camera1`, `Camera2`, and `Stereo.T_c1_c2` (`Tlr` of its first version), which takes points of the right
 //! camera to the left one. ORB-SLAM2: `LEFT` and `RIGHT` with the `K D R P` of ROS, or a rectified camera
-//! with `Camera.bf`, focal length times baseline. `stella_vslam` (OpenVSLAM) gives `K D R` of both cameras below
+//! with `Camera.bf`, focal length times baseline. `stella_vslam` (`OpenVSLAM`) gives `K D R` of both cameras below
 //! `StereoRectifier`, and `Camera.focal_x_baseline` in place of `P` and `Camera.bf`; its keys may be flat or nested.
 //! Lengths are in metres.
 
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use nalgebra::{Matrix3, Vector3};
 
 use super::Files;
 use super::node::Value;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix};
+use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use crate::data::{LensModel, Meta};
 
-fn number(file: &Value, key: &str) -> Result<f64> {
-    file.need(&[key], "a number")?.number()
-}
-
 /// Width and height of a side's images, px. The file has one size for both sides.
 fn size_of(file: &Value, side: usize, unknowns: Unknowns) -> Result<[u16; 2]> {
-    let own = match (
-        file.get(&["Camera.width", "Camera.cols"]),
-        file.get(&["Camera.height", "Camera.rows"]),
-    ) {
-        (Some(width), Some(height)) => Some([width.count()?, height.count()?]),
-        _ => None,
-    };
+    let own = file.size_if(&["Camera.width", "Camera.cols"], &["Camera.height", "Camera.rows"])?;
     unknowns.size(side, own, file.place())
 }
 
 /// A camera whose keys begin with a name.
-fn view(file: &Value, name: &str, fisheye: bool, size: [u16; 2]) -> Result<View> {
+fn view(file: &Value, name: &str, lens: LensModel, size: [u16; 2]) -> Result<View> {
     let key = |key: &str| format!("{name}.{key}");
-    let k = camera_matrix([
-        number(file, &key("fx"))?,
-        number(file, &key("fy"))?,
-        number(file, &key("cx"))?,
-        number(file, &key("cy"))?,
-    ]);
-    let place = || format!("{}: {name}", file.place());
-    crate::data::check_camera_matrix(&k).map_err(|why| anyhow::anyhow!("{}: {why}", place()))?;
-    let (lens, names): (_, &[&str]) = if fisheye {
-        (LensModel::Fisheye, &["k1", "k2", "k3", "k4"])
-    } else {
-        (LensModel::RadialTangential, &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"])
-    };
-    let mut given = Vec::new();
-    for one in names {
-        given.push(match file.get(&[key(one).as_str()]) {
-            Some(value) => value.number()?,
-            None => 0.0,
-        });
-    }
-    View::with(k, lens, &given, size).map_err(|why| anyhow::anyhow!("{}: {why}", place()))
+    let k = file.numbers_at(["fx", "fy", "cx", "cy"].map(key))?;
+    let keys: Vec<String> = rig::coefficient_keys(lens).iter().map(|one| key(one)).collect();
+    View::try_new(k, lens, &file.numbers_or_0(&keys)?, size)
+        .with_context(|| format!("{}: {name}", file.place()))
 }
 
-/// Whether the cameras are fisheyes, and whether they are rectified.
-fn model(file: &Value) -> Result<(bool, bool)> {
-    let model = file.get(&["Camera.type", "Camera.model"]);
-    match model.as_ref().map(Value::text).unwrap_or_default().as_str() {
-        "PinHole" | "Pinhole" | "perspective" | "" => Ok((false, false)),
-        "KannalaBrandt8" | "fisheye" => Ok((true, false)),
-        "Rectified" => Ok((false, true)),
+/// The lens of the cameras, and whether they are rectified.
+fn model(file: &Value) -> Result<(LensModel, bool)> {
+    let keys = ["Camera.type", "Camera.model"];
+    match file.text_at(&keys).as_str() {
+        "PinHole" | "Pinhole" | "perspective" | "" => Ok((LensModel::RadialTangential, false)),
+        "KannalaBrandt8" | "fisheye" => Ok((LensModel::Fisheye, false)),
+        "Rectified" => Ok((LensModel::RadialTangential, true)),
         _ => {
-            bail!(file.need(&["Camera.type", "Camera.model"], "a model")?.refuse(
+            bail!(file.need(&keys, "a model")?.refuse(
                 "expected PinHole, KannalaBrandt8 or Rectified: calibrate with one of them"
             ))
         }
@@ -75,12 +48,12 @@ fn model(file: &Value) -> Result<(bool, bool)> {
 /// The rig of ORB-SLAM3.
 pub(super) fn third(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["Camera1.fx", "Camera2.fx", "Stereo.T_c1_c2", "Stereo.b", "Tlr"])?;
-    let (fisheye, rectified) = model(&file)?;
+    let (lens, rectified) = model(&file)?;
     let first = if file.get(&["Camera1.fx"]).is_some() { "Camera1" } else { "Camera" };
     let second = if file.get(&["Camera2.fx"]).is_some() { "Camera2" } else { first };
     let views = [
-        view(&file, first, fisheye, size_of(&file, 0, unknowns)?)?,
-        view(&file, second, fisheye, size_of(&file, 1, unknowns)?)?,
+        view(&file, first, lens, size_of(&file, 0, unknowns)?)?,
+        view(&file, second, lens, size_of(&file, 1, unknowns)?)?,
     ];
     let source = format!("ORB-SLAM3: {files}");
     match file.get(&["Stereo.T_c1_c2", "Tlr"]) {
@@ -107,8 +80,8 @@ pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         return raw(&file, unknowns, source);
     }
     let bf = focal_x_baseline(&file)?;
-    let (fisheye, _) = model(&file)?;
-    let left = view(&file, "Camera", fisheye, size_of(&file, 0, unknowns)?)?;
+    let (lens, _) = model(&file)?;
+    let left = view(&file, "Camera", lens, size_of(&file, 0, unknowns)?)?;
     let side_by_side = Rigid { t: Vector3::new(-bf / left.k[0][0], 0.0, 0.0), ..Rigid::NONE };
     let pose = Pose::of(&side_by_side, &format!("{}: focal length times baseline", file.place()))?;
     rig::meta([left.clone(), left], &pose, source)
@@ -116,20 +89,16 @@ pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 
 /// A rig with `LEFT` and `RIGHT`, or `StereoRectifier`, before its rectification.
 fn raw(file: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
-    let model = file.get(&["StereoRectifier.model"]);
-    let is_fisheye = model.is_some_and(|model| model.text() == "fisheye");
+    let is_fisheye = file.text_at(&["StereoRectifier.model"]) == "fisheye";
     let lens = if is_fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
     let side = |side: usize| -> Result<(View, Matrix3<f64>)> {
         let name = ["LEFT", "RIGHT"][side];
+        let own = |key: &str| format!("{name}.{key}");
         let find = |key: &str, what: &str| {
             let stella = format!("StereoRectifier.{key}_{}", name.to_lowercase());
-            file.need(&[&format!("{name}.{key}"), &stella], what)
+            file.need(&[&own(key), &stella], what)
         };
-        let own = match (find("width", "px"), find("height", "px")) {
-            (Ok(width), Ok(height)) => Some([width.count()?, height.count()?]),
-            _ => None,
-        };
-        let size = match own {
+        let size = match file.size_if(&[&own("width")], &[&own("height")])? {
             Some(size) => size,
             None => size_of(file, side, unknowns)?,
         };
@@ -142,7 +111,7 @@ fn raw(file: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
     let p = |name: &str| file.get(&[&format!("{name}.P")]).map(|p| p.shaped::<12>(3, 4));
     let (baseline, place) = match (p("LEFT").transpose()?, p("RIGHT").transpose()?) {
         (Some(l), Some(r)) => (l[3] / l[0] - r[3] / r[0], "RIGHT.R and RIGHT.P"),
-        _ => (focal_x_baseline(file)? / number(file, "Camera.fx")?, "focal_x_baseline"),
+        _ => (focal_x_baseline(file)? / file.number_at("Camera.fx")?, "focal_x_baseline"),
     };
     let rigid = rig::of_rectification([&r_l, &r_r], [baseline, 0.0]);
     let pose = Pose::of(&rigid, &format!("{}: {place}", file.place()))?;

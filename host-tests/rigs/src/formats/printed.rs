@@ -21,6 +21,12 @@ pub(super) fn parse(text: &str) -> Option<Result<Node>> {
     }
 }
 
+/// The numbers in a text, which brackets, commas and other words may separate.
+fn numbers(text: &str) -> impl Iterator<Item = f64> {
+    let words = text.split(|c: char| c.is_whitespace() || "[],".contains(c));
+    words.filter_map(|word| word.parse().ok())
+}
+
 /// `get_img_params` of MYNT EYE: `Intrinsics left: {key: value, ..}` after the prefix of its log. The lens model may
 /// stand there as a word without value. It is left out, because the keys of a lens tell its model.
 fn mynt(text: &str) -> Node {
@@ -54,12 +60,8 @@ fn kalibr(text: &str) -> Result<Node> {
     let (mut quaternion, mut baseline) = (Vec::new(), None);
     for line in text.lines().map(str::trim) {
         let (key, value) = line.split_once(':').unwrap_or((line, ""));
-        let numbers = || -> Vec<f64> {
-            let value = value.split("+-").next().unwrap_or_default();
-            let words = value.split(|c: char| c.is_whitespace() || "[],".contains(c));
-            words.filter_map(|word| word.parse().ok()).collect()
-        };
-        let list = || Node::List(numbers().into_iter().map(Node::Number).collect());
+        let value_alone = value.split("+-").next().unwrap_or_default();
+        let list = || Node::List(numbers(value_alone).map(Node::Number).collect());
         let name = key.split_whitespace().next().unwrap_or_default();
         if name.strip_prefix("cam").is_some_and(|n| n.parse::<u8>().is_ok()) {
             cameras.push((name.to_owned(), Vec::new()));
@@ -78,9 +80,10 @@ fn kalibr(text: &str) -> Result<Node> {
             "type" => keys.extend(geometry(value)),
             "distortion" => keys.push(("distortion_coeffs".into(), list())),
             "projection" => keys.push(("intrinsics".into(), list())),
-            "q" => quaternion = numbers(),
+            "q" => quaternion = numbers(value_alone).collect(),
             "t" if baseline.is_some() => {
-                let way = way(&quaternion, &numbers())
+                let t: Vec<f64> = numbers(value_alone).collect();
+                let way = way(&quaternion, &t)
                     .with_context(|| format!("baseline of {camera}: {quaternion:?}"))?;
                 keys.push(("T_cn_cnm1".into(), way));
             }
@@ -140,15 +143,12 @@ fn realsense(text: &str) -> Result<Node> {
             };
             block.push(("from".into(), Node::Text(from.clone())));
             block.push(("to".into(), Node::Text(to.clone())));
-            let mut numbers = Vec::new();
+            let mut all = Vec::new();
             while let Some(line) = lines.next_if(|line| !line.contains('"')) {
-                let rest = line.rsplit(':').next().unwrap_or_default();
-                numbers.extend(
-                    rest.split_whitespace().filter_map(|word| word.parse().ok()).map(Node::Number),
-                );
+                all.extend(numbers(line.rsplit(':').next().unwrap_or_default()).map(Node::Number));
             }
-            numbers.truncate(12);
-            block.push(("numbers".into(), Node::List(numbers)));
+            all.truncate(12);
+            block.push(("numbers".into(), Node::List(all)));
             extrinsics.push(Node::Map(block));
         }
     }
@@ -167,16 +167,12 @@ fn sensor_control(text: &str) -> Node {
         if !key.trim().is_empty() {
             name = key.trim().to_lowercase();
         }
-        let numbers = || {
-            value
-                .split(|c: char| c.is_whitespace() || "[],".contains(c))
-                .filter_map(|word| word.parse().ok())
-        };
-        let list = || Node::List(numbers().map(Node::Number).collect());
+        let numbers = || numbers(value).map(Node::Number);
+        let list = || Node::List(numbers().collect());
         match name.as_str() {
             "principal point" => cameras.push(vec![("principal point".to_owned(), list())]),
-            "rotation matrix" => rotation.extend(numbers().map(Node::Number)),
-            "translation vector" => translation.extend(numbers().map(Node::Number)),
+            "rotation matrix" => rotation.extend(numbers()),
+            "translation vector" => translation.extend(numbers()),
             "distortion model" => cameras.iter_mut().rev().take(1).for_each(|camera| {
                 camera.push(("model".into(), Node::Text(value.trim().to_owned())));
             }),

@@ -24,12 +24,10 @@ const STREAMS: [[&str; 2]; 2] = [["Infrared 1", "Infrared 2"], ["Fisheye 1", "Fi
 
 /// A camera from the fields of `rs2_intrinsics`; those of a printed text are in lower case too.
 fn view(of: &Value) -> Result<View> {
-    let number = |key: &str| of.need(&[key], "a number, px")?.number();
-    let size = [of.need(&["width"], "px")?.count()?, of.need(&["height"], "px")?.count()?];
-    let k = camera_matrix([number("fx")?, number("fy")?, number("ppx")?, number("ppy")?]);
-    crate::data::check_camera_matrix(&k).map_err(|why| of.refuse(why))?;
+    let size = of.size_at(&["width"], &["height"])?;
+    let k = of.numbers_at(["fx", "fy", "ppx", "ppy"])?;
     let (lens, given) = lens(of)?;
-    View::with(k, lens, &given, size).map_err(|why| of.refuse(why))
+    View::try_new(k, lens, &given, size).map_err(|why| of.refuse(why))
 }
 
 /// The lens of a model's name in any spelling, and its coefficients.
@@ -74,37 +72,21 @@ pub(super) fn table(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let mut views: Vec<View> = Vec::new();
     for n in 0..MODES {
         let key = |key: &str| format!("rectified.{n}.{key}");
-        let number = |name: &str| file.get(&[&key(name)]).map(|x| x.number()).transpose();
-        let [fx, fy, cx, cy] = ["fx", "fy", "ppx", "ppy"].map(number);
-        let size = [file.get(&[&key("width")]), file.get(&[&key("height")])];
-        let ([Some(fx), Some(fy), Some(cx), Some(cy)], [Some(width), Some(height)]) =
-            ([fx?, fy?, cx?, cy?], size)
-        else {
+        let keys = ["fx", "fy", "ppx", "ppy"].map(key);
+        let size = file.size_if(&[&key("width")], &[&key("height")])?;
+        let Some(size) = size.filter(|_| keys.iter().all(|key| file.get(&[key]).is_some())) else {
             continue;
         };
-        let size = [width.count()?, height.count()?];
-        if fx > 0.0 && fy > 0.0 && !size.contains(&0) {
-            views.push(View::pinhole(camera_matrix([fx, fy, cx, cy]), size));
+        let k = file.numbers_at(keys)?;
+        if k[0] > 0.0 && k[1] > 0.0 && !size.contains(&0) {
+            views.push(View::pinhole(camera_matrix(k), size));
         }
     }
     if views.is_empty() {
         bail!("{}: no rectified stream has both a size and a focal length", file.place());
     }
     let wanted = unknowns.sizes.map(|[left, _]| left);
-    let found = match (views.as_slice(), wanted) {
-        ([one], None) => Some(one),
-        (all, Some(size)) => all.iter().find(|view| view.size == size),
-        _ => None,
-    };
-    let view = found.with_context(|| {
-        let sizes: Vec<String> =
-            views.iter().map(|v| format!("{},{}", v.size[0], v.size[1])).collect();
-        format!(
-            "{}: intrinsics of several sizes: choose one with --size {}",
-            file.place(),
-            sizes.join(" or ")
-        )
-    })?;
+    let view = rig::of_size(&views, |view| view.size, wanted, file.place())?;
     let baseline = file.need(&["baseline"], "the baseline, mm")?;
     let t = Vector3::new(-baseline.number()?.abs() / 1000.0, 0.0, 0.0);
     let pose = Pose::of(&Rigid { t, ..Rigid::NONE }, baseline.place())?;
@@ -115,8 +97,7 @@ pub(super) fn table(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["rs intrinsics"])?;
     let all = file.need(&["rs intrinsics"], "blocks of intrinsics")?.items();
-    let name =
-        |block: &Value, key: &str| block.get(&[key]).as_ref().map(Value::text).unwrap_or_default();
+    let name = |block: &Value, key: &str| block.text_at(&[key]);
     let there = |stream: &str| all.iter().any(|block| name(block, "stream") == stream);
     let Some(pair) = STREAMS.into_iter().find(|pair| pair.iter().all(|stream| there(stream)))
     else {
@@ -128,21 +109,16 @@ pub(super) fn printed(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let views = [0, 1].map(|side| -> Result<View> {
         let of_stream = all.iter().filter(|block| name(block, "stream") == pair[side]);
         let found = of_stream.map(view).collect::<Result<Vec<_>>>()?;
-        let mut sizes: Vec<[u16; 2]> = found.iter().map(|view| view.size).collect();
-        sizes.dedup();
-        let only = if sizes.len() == 1 { sizes.first().copied() } else { None };
-        let wanted =
-            unknowns.sizes.map(|sizes| sizes[side]).filter(|size| sizes.contains(size)).or(only);
-        let all: Vec<String> = sizes.iter().map(|[w, h]| format!("{w},{h}")).collect();
-        let wanted = wanted.with_context(|| {
-            format!(
-                "{}: {}: intrinsics of several sizes: choose one with --size {}",
-                file.place(),
-                pair[side],
-                all.join(" or ")
-            )
-        })?;
-        found.into_iter().find(|view| view.size == wanted).context("one of the sizes")
+        let mut each: Vec<View> = Vec::new();
+        for view in found {
+            if each.iter().all(|other| other.size != view.size) {
+                each.push(view);
+            }
+        }
+        let wanted = unknowns.sizes.map(|sizes| sizes[side]);
+        let wanted = wanted.filter(|size| each.iter().any(|view| view.size == *size));
+        let place = format!("{}: {}", file.place(), pair[side]);
+        rig::of_size(&each, |view| view.size, wanted, &place).cloned()
     });
     let [left, right] = views;
     let ways = file.need(&["rs extrinsics"], "blocks of extrinsics")?.items();
@@ -186,11 +162,9 @@ pub(super) fn sensors(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let view = |side: usize, of: &Value| -> Result<View> {
         let [cx, cy] = of.need(&["principal point"], "x, y")?.array("a Principal Point")?;
         let [fx, fy] = of.need(&["focal length"], "x, y")?.array("a Focal Length")?;
-        let k = camera_matrix([fx, fy, cx, cy]);
-        crate::data::check_camera_matrix(&k).map_err(|why| of.refuse(why))?;
         let (lens, given) = lens(of)?;
-        View::with(k, lens, &given, unknowns.size(side, None, of.place())?)
-            .map_err(|why| of.refuse(why))
+        let size = unknowns.size(side, None, of.place())?;
+        View::try_new([fx, fy, cx, cy], lens, &given, size).map_err(|why| of.refuse(why))
     };
     let r = rig::rotation(&file.need(&["rotation matrix"], "Rotation Matrix")?)?;
     let t = file.need(&["translation vector"], "Translation Vector")?;

@@ -12,7 +12,7 @@ use super::Files;
 use super::node::Value;
 use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
-use crate::data::{Meta, Rows, matrix};
+use crate::data::{Meta, Rows, check_camera_matrix, matrix};
 
 /// The rig of KITTI's grey cameras 0 (left) and 1, or of the chosen ones: 2 and 3 are the colour cameras.
 pub(super) fn kitti(files: &Files, unknowns: Unknowns) -> Result<Meta> {
@@ -24,7 +24,7 @@ pub(super) fn kitti(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         let p = files.find(&[&format!("P{n}"), &format!("P_rect_{n:02}")], "12 numbers")?;
         let [a, b, c, x, d, e, f, y, g, h, i, z] = p.array::<12>("a projection matrix")?;
         let k = [[a, b, c], [d, e, f], [g, h, i]];
-        crate::data::check_camera_matrix(&k).map_err(|why| p.refuse(why))?;
+        check_camera_matrix(&k).map_err(|why| p.refuse(why))?;
         let own = files.get(&[&format!("S_rect_{n:02}")]).map(|size| size.size()).transpose()?;
         let size = unknowns.size(side, own, p.place())?;
         let back = matrix(&k).try_inverse().with_context(|| p.place().to_owned())?;
@@ -42,10 +42,7 @@ pub(super) fn kitti(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 /// The rig of a Middlebury pair.
 pub(super) fn middlebury(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["doffs", "ndisp"])?;
-    let own = match (file.get(&["width"]), file.get(&["height"])) {
-        (Some(width), Some(height)) => Some([width.count()?, height.count()?]),
-        _ => None,
-    };
+    let own = file.size_if(&["width"], &["height"])?;
     let view = |side: usize| -> Result<View> {
         let k = rig::intrinsics(&file.need(&[["cam0", "cam1"][side]], "a camera matrix (3 x 3)")?)?;
         Ok(View::pinhole(k, unknowns.size(side, own, file.place())?))
@@ -61,9 +58,8 @@ pub(super) fn middlebury(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 pub(super) fn cityscapes(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["intrinsic"])?;
     let camera = file.need(&["intrinsic"], "fx, fy, u0 and v0")?;
-    let number = |key: &str| camera.need(&[key], "a number, px")?.number();
-    let k = rig::camera_matrix([number("fx")?, number("fy")?, number("u0")?, number("v0")?]);
-    crate::data::check_camera_matrix(&k).map_err(|why| camera.refuse(why))?;
+    let k = rig::camera_matrix(camera.numbers_at(["fx", "fy", "u0", "v0"])?);
+    check_camera_matrix(&k).map_err(|why| camera.refuse(why))?;
     let baseline = file.need(&["extrinsic.baseline"], "the baseline, m")?;
     one_camera(k, &baseline, unknowns, format!("Cityscapes: {files}"))
 }

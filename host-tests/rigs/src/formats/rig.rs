@@ -7,7 +7,7 @@ use stereo_selfcal::Extrinsics;
 use super::node::Value;
 use super::rigid::Rigid;
 use super::scale;
-use crate::data::{LensModel, Meta, Rows, WrongSign, matrix, rows};
+use crate::data::{LensModel, Meta, Rows, WrongSign, check_camera_matrix, matrix, rows};
 
 /// Number of coefficients of a rational lens.
 const RATIONAL: usize = 8;
@@ -43,6 +43,25 @@ impl Unknowns {
     }
 }
 
+/// The camera of the wanted size in a file with several sizes, or the only one.
+pub(super) fn of_size<'a, T>(
+    all: &'a [T],
+    size_of: impl Fn(&T) -> [u16; 2],
+    wanted: Option<[u16; 2]>,
+    place: &str,
+) -> Result<&'a T> {
+    let found = match (all, wanted) {
+        ([one], None) => Some(one),
+        (_, Some(size)) => all.iter().find(|one| size_of(one) == size),
+        _ => None,
+    };
+    found.with_context(|| {
+        let sizes = all.iter().map(|one| size_of(one).map(|n| n.to_string()).join(","));
+        let sizes = sizes.collect::<Vec<_>>().join(" or ");
+        format!("{place}: intrinsics of several sizes: choose one with --size {sizes}")
+    })
+}
+
 /// One camera of a rig.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct View {
@@ -75,6 +94,18 @@ impl View {
         Self::with(k, lens, &given.numbers()?, size).map_err(|why| given.refuse(why))
     }
 
+    /// A camera of `fx fy cx cy`, which are checked. The error does not name file and key.
+    pub(super) fn try_new(
+        k: [f64; 4],
+        lens: LensModel,
+        given: &[f64],
+        size: [u16; 2],
+    ) -> Result<Self> {
+        let k = camera_matrix(k);
+        check_camera_matrix(&k)?;
+        Self::with(k, lens, given, size)
+    }
+
     /// As [`Self::of`], from numbers. The error does not name file and key.
     pub(super) fn with(k: Rows, lens: LensModel, given: &[f64], size: [u16; 2]) -> Result<Self> {
         let dist = coefficients(lens, given)?;
@@ -90,34 +121,41 @@ pub(super) fn intrinsics(value: &Value) -> Result<Rows> {
         [fx, fy, cx, cy] => camera_matrix([fx, fy, cx, cy]),
         _ => value.square()?,
     };
-    crate::data::check_camera_matrix(&k).map_err(|why| value.refuse(why))?;
+    check_camera_matrix(&k).map_err(|why| value.refuse(why))?;
     Ok(k)
 }
 
-/// The lens of ROS and OpenCV by its name. The number of coefficients, five or eight, tells a radial-tangential lens
-/// from a rational one.
-pub(super) fn lens_of(model: Option<&Value>) -> Result<LensModel> {
-    let name = model.map(Value::text).unwrap_or_default().to_lowercase().replace('-', "_");
-    match (name.trim(), model) {
-        ("equidistant" | "fisheye" | "kannala_brandt" | "kannala_brandt4", _) => {
-            Ok(LensModel::Fisheye)
-        }
-        (
-            "plumb_bob"
-            | "rational_polynomial"
-            | "rational"
-            | "radtan"
-            | "radial_tangential"
-            | "brown_conrady"
-            | "pinhole"
-            | "none"
-            | "",
-            _,
-        )
-        | (_, None) => Ok(LensModel::RadialTangential),
-        (_, Some(model)) => Err(model.refuse(
-            "expected plumb_bob, rational_polynomial or equidistant: calibrate with one of them",
+/// Names of a fisheye in the files of all tools: letters and digits alone.
+const FISHEYE: [&str; 5] =
+    ["equidistant", "fisheye", "kannalabrandt", "kannalabrandt4", "fisheyeequidistant4"];
+
+/// Names of other lenses. The number of coefficients, five or eight, tells a radial-tangential lens from a rational one.
+#[rustfmt::skip]
+const RADIAL: [&str; 12] = [
+    "", "none", "pinhole", "plumbbob", "rational", "rationalpolynomial", "radtan", "radialtangential", "radialtangential8",
+    "brownconrady", "pinholeradtan5", "pinholeradtan8",
+];
+
+/// The lens by its name in any spelling, from the first of these keys; a pinhole without a name.
+pub(super) fn lens_at(of: &Value, keys: &[&str]) -> Result<LensModel> {
+    let Some(model) = of.get(keys) else { return Ok(LensModel::RadialTangential) };
+    let name = model.text().to_lowercase();
+    let name: String = name.chars().filter(char::is_ascii_alphanumeric).collect();
+    match name.as_str() {
+        fisheye if FISHEYE.contains(&fisheye) => Ok(LensModel::Fisheye),
+        radial if RADIAL.contains(&radial) => Ok(LensModel::RadialTangential),
+        _ => Err(model.refuse(
+            "expected radtan (plumb_bob, brown_conrady), rational_polynomial or equidistant (fisheye, kannala_brandt4): \
+             calibrate with one of them",
         )),
+    }
+}
+
+/// The coefficients of a file that has a key for each, OpenCV's order.
+pub(super) fn coefficient_keys(lens: LensModel) -> &'static [&'static str] {
+    match lens {
+        LensModel::Fisheye => &["k1", "k2", "k3", "k4"],
+        _ => &["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6"],
     }
 }
 
@@ -190,23 +228,14 @@ impl Pose {
 /// A rig from its parts.
 pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Result<Meta> {
     let mut meta = Meta {
-        k_l: left.k,
-        k_r: right.k,
         dist_l: left.dist,
         dist_r: right.dist,
         lens: left.lens,
-        lens_r: None,
-        width: left.size[0],
-        height: left.size[1],
-        size_r: None,
         r: pose.r,
         t: pose.t,
         baseline_m: pose.baseline_m,
-        source,
-        license: String::new(),
-        sigma_r_deg: None,
-        sigma_t_deg: None,
         other: [(Meta::CALIBRATED.to_owned(), true.into())].into_iter().collect(),
+        ..Meta::side_by_side([left.k, right.k], [left.size, right.size], source)
     };
     meta.set_right(right.lens, right.size);
     check(&meta)?;

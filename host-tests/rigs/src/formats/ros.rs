@@ -16,7 +16,8 @@ use crate::data::{LensModel, Meta, Rows};
 
 /// The keys of a `camera_info`.
 struct Keys {
-    size: [&'static [&'static str]; 2],
+    width: &'static [&'static str],
+    height: &'static [&'static str],
     k: &'static [&'static str],
     d: &'static [&'static str],
     r: &'static [&'static str],
@@ -24,7 +25,8 @@ struct Keys {
 }
 
 const FILE: Keys = Keys {
-    size: [&["image_width"], &["image_height"]],
+    width: &["image_width"],
+    height: &["image_height"],
     k: &["camera_matrix"],
     d: &["distortion_coefficients"],
     r: &["rectification_matrix"],
@@ -32,7 +34,8 @@ const FILE: Keys = Keys {
 };
 
 const ECHO: Keys = Keys {
-    size: [&["width"], &["height"]],
+    width: &["width"],
+    height: &["height"],
     k: &["K", "k"],
     d: &["D", "d"],
     r: &["R", "r"],
@@ -51,8 +54,8 @@ pub(super) struct Info<'a> {
 
 impl<'a> Info<'a> {
     fn of(value: Value<'a>, keys: &Keys) -> Result<Self> {
-        let size = size(&value, keys)?;
-        let lens = rig::lens_of(value.get(&["distortion_model"]).as_ref())?;
+        let size = value.size_at(keys.width, keys.height)?;
+        let lens = rig::lens_at(&value, &["distortion_model"])?;
         let d = value.get(keys.d);
         let none = d.as_ref().map_or(Ok(true), |d| d.numbers().map(|d| d.is_empty()))?;
         let k = rig::intrinsics(&value.need(keys.k, "a camera matrix (3 x 3)")?)?;
@@ -71,17 +74,10 @@ impl<'a> Info<'a> {
     fn of_rectified(value: Value<'a>, keys: &Keys) -> Result<Self> {
         let (p, place_of_p) = projection(&value, keys)?;
         let [fx, _, cx, _, _, fy, cy, ..] = p;
-        let view = View::pinhole(rig::camera_matrix([fx, fy, cx, cy]), size(&value, keys)?);
+        let size = value.size_at(keys.width, keys.height)?;
+        let view = View::pinhole(rig::camera_matrix([fx, fy, cx, cy]), size);
         Ok(Self { view, r: Matrix3::identity(), p, place_of_p, value })
     }
-}
-
-fn size(value: &Value, keys: &Keys) -> Result<[u16; 2]> {
-    let [width, height] = keys.size;
-    Ok([
-        value.need(width, "the width of the images, px")?.count()?,
-        value.need(height, "the height of the images, px")?.count()?,
-    ])
 }
 
 /// `P`, and its place. An error unless fx and fy are above 0.

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 
 use super::Files;
 use super::node::Value;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix};
+use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use crate::data::{LensModel, Meta};
 
@@ -42,31 +42,22 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 
 fn view(file: &Value, side: usize, unknowns: Unknowns) -> Result<View> {
     let model = file.need(&["model_type"], "PINHOLE or KANNALA_BRANDT")?;
-    let own = match (file.get(&["image_width"]), file.get(&["image_height"])) {
-        (Some(width), Some(height)) => Some([width.count()?, height.count()?]),
-        _ => None,
-    };
+    let own = file.size_if(&["image_width"], &["image_height"])?;
     let size = unknowns.size(side, own, file.place())?;
     let projection = file.need(&["projection_parameters"], "the camera's parameters")?;
-    let of = |group: &Value, keys: [&str; 4]| -> Result<[f64; 4]> {
-        let [a, b, c, d] = keys.map(|key| group.need(&[key], "a number")?.number());
-        Ok([a?, b?, c?, d?])
-    };
     let (k, lens, given) = match model.text().to_uppercase().as_str() {
         "PINHOLE" => {
-            let k = of(&projection, ["fx", "fy", "cx", "cy"])?;
+            let k = projection.numbers_at(["fx", "fy", "cx", "cy"])?;
             let distortion = file.need(&["distortion_parameters"], "k1 k2 p1 p2")?;
-            (k, LensModel::RadialTangential, of(&distortion, ["k1", "k2", "p1", "p2"])?)
+            (k, LensModel::RadialTangential, distortion.numbers_at(["k1", "k2", "p1", "p2"])?)
         }
         // The k2 to k5 of the file multiply the powers 3 to 9 of the angle: k1 to k4 of OpenCV's fisheye.
         "KANNALA_BRANDT" => (
-            of(&projection, ["mu", "mv", "u0", "v0"])?,
+            projection.numbers_at(["mu", "mv", "u0", "v0"])?,
             LensModel::Fisheye,
-            of(&projection, ["k2", "k3", "k4", "k5"])?,
+            projection.numbers_at(["k2", "k3", "k4", "k5"])?,
         ),
         _ => bail!(model.refuse("expected PINHOLE or KANNALA_BRANDT: calibrate with one of them")),
     };
-    let k = camera_matrix(k);
-    crate::data::check_camera_matrix(&k).map_err(|why| projection.refuse(why))?;
-    View::with(k, lens, &given, size).map_err(|why| file.refuse(why))
+    View::try_new(k, lens, &given, size).map_err(|why| file.refuse(why))
 }

@@ -5,14 +5,20 @@
 //! side of the right camera. If there are sections `LEFT_DISTO` and `RIGHT_DISTO`, they have the lens of all modes; the
 //! simpler lens in the sections of the modes is then ignored.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Vector3};
 
 use super::Files;
 use super::node::Value;
-use super::rig::{self, Pose, Unknowns, View, camera_matrix};
+use super::rig::{self, Pose, Unknowns, View};
 use super::rigid::Rigid;
 use crate::data::{LensModel, Meta};
+
+/// Sections that tell the format.
+#[rustfmt::skip]
+pub(super) const KEYS: [&str; 7] = [
+    "LEFT_CAM_HD", "LEFT_CAM_FHD", "LEFT_CAM_2K", "LEFT_CAM_VGA", "LEFT_CAM_FHD1200", "LEFT_CAM_SVGA", "STEREO",
+];
 
 /// Sections by the size of an image, px.
 const RESOLUTIONS: [(&str, [u16; 2]); 6] = [
@@ -30,39 +36,17 @@ const COEFFICIENTS: [&str; 12] =
 
 /// The rig of the requested resolution.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let file = files.one(&[
-        "LEFT_CAM_HD",
-        "LEFT_CAM_FHD",
-        "LEFT_CAM_2K",
-        "LEFT_CAM_VGA",
-        "LEFT_CAM_FHD1200",
-        "LEFT_CAM_SVGA",
-        "STEREO",
-    ])?;
+    let file = files.one(&KEYS)?;
     let section = |side: &str, name: &str| file.get(&[format!("{side}_CAM_{name}").as_str()]);
     let there: Vec<&(&str, [u16; 2])> =
         RESOLUTIONS.iter().filter(|(name, _)| section("LEFT", name).is_some()).collect();
-    if there.is_empty() {
-        bail!(
-            "{}: there are no intrinsics of the left camera: expected LEFT_CAM_HD or another",
-            file.place()
-        );
-    }
+    ensure!(
+        !there.is_empty(),
+        "{}: there are no intrinsics of the left camera: expected LEFT_CAM_HD or another",
+        file.place()
+    );
     let wanted = unknowns.sizes.map(|[left, _]| left);
-    let found = match (there.as_slice(), wanted) {
-        ([one], None) => Some(*one),
-        (all, Some(size)) => all.iter().copied().find(|(_, own)| *own == size),
-        _ => None,
-    };
-    let (name, size) = found.with_context(|| {
-        let all: Vec<String> =
-            there.iter().map(|(name, [w, h])| format!("{w},{h} ({name})")).collect();
-        format!(
-            "{}: one calibration for each resolution: choose with --size one of {}",
-            file.place(),
-            all.join(", ")
-        )
-    })?;
+    let (name, size) = rig::of_size(&there, |(_, size)| *size, wanted, file.place())?;
     let side = |side: &str| -> Result<View> {
         let of = section(side, name).with_context(|| {
             format!(
@@ -74,33 +58,27 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         view(&of, lens.as_ref().unwrap_or(&of), *size)
     };
     let stereo = file.need(&["STEREO"], "the extrinsics")?;
-    let number = |keys: &[&str], usual: Option<f64>| match (stereo.get(keys), usual) {
-        (Some(value), _) => value.number(),
-        (None, Some(usual)) => Ok(usual),
-        (None, None) => stereo.need(keys, "a number")?.number(),
-    };
     let key = |axis: &str| format!("{axis}_{}", name.to_lowercase());
-    let turn = [key("rx"), key("cv"), key("rz")];
-    let [x, y, z] = turn.each_ref().map(|key| number(&[key], Some(0.0)));
-    let r = *Rotation3::new(Vector3::new(x?, y?, z?)).matrix();
-    let [ty, tz] = ["ty", "tz"].map(|axis| number(&[&key(axis), axis], Some(0.0)));
-    let t = -Vector3::new(number(&["baseline"], None)?, ty?, tz?) / 1000.0;
+    let turn = stereo.numbers_or_0(&["rx", "cv", "rz"].map(key))?;
+    let r = *Rotation3::new(Vector3::from_column_slice(&turn)).matrix();
+    let shift = |axis: &str| stereo.get(&[&key(axis), axis]).map_or(Ok(0.0), |t| t.number());
+    let t = -Vector3::new(stereo.number_at("baseline")?, shift("ty")?, shift("tz")?) / 1000.0;
     let pose = Pose::of(&Rigid { r, t }, &format!("{}: Baseline, TY, TZ", stereo.place()))?;
     rig::meta([side("LEFT")?, side("RIGHT")?], &pose, format!("ZED, {name}: {files}"))
 }
 
 /// A camera of a mode. Its lens is in the same section, or in a section for all modes.
 fn view(of: &Value, lens: &Value, size: [u16; 2]) -> Result<View> {
-    let number = |key: &str| of.need(&[key], "a number")?.number();
-    let k = camera_matrix([number("fx")?, number("fy")?, number("cx")?, number("cy")?]);
-    crate::data::check_camera_matrix(&k).map_err(|why| of.refuse(why))?;
-    let mut given = Vec::new();
-    for name in COEFFICIENTS {
-        given.push(lens.get(&[name]).map(|value| value.number()).transpose()?.unwrap_or(0.0));
-    }
+    let given = lens.numbers_or_0(&COEFFICIENTS)?;
     ensure!(
         given[5] == 0.0 || given[6] != 0.0,
         lens.refuse("k4 without k5 is of a fisheye lens, whose conf is not read: write the numbers as K1 D1 K2 D2 R T")
     );
-    View::with(k, LensModel::RadialTangential, &given, size).map_err(|why| lens.refuse(why))
+    View::try_new(
+        of.numbers_at(["fx", "fy", "cx", "cy"])?,
+        LensModel::RadialTangential,
+        &given,
+        size,
+    )
+    .map_err(|why| lens.refuse(why))
 }

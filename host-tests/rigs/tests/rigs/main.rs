@@ -1,24 +1,21 @@
-//! Rigs in the files of OpenCV, Kalibr and ROS, against examples written by hand.
+//! Rigs in the files of other tools, against samples with known answers.
 
-mod device_samples;
-mod examples;
 mod known_answers;
 mod mutated;
 mod posted;
 mod rectification;
 mod samples;
-mod tool_samples;
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use examples::{KALIBR, OPENCV, ROS};
-use rigs::data::{Dataset, LensModel, Meta};
+use nalgebra::{Rotation3, Vector3};
+use rigs::data::{Dataset, LensModel, Meta, rows};
 use rigs::formats::{Document, Format, Unknowns, import};
-use sim::synth::rig;
+use samples::{KALIBR, OPENCV, ROS};
 use stereo_selfcal::geometry::metrics::Deviation;
 
-const SIZE: Unknowns = Unknowns { sizes: Some([[640, 480]; 2]), unit_m: 1.0, cameras: None };
+const SIZE: Unknowns = samples::size(640, 480);
 
 fn written<'a>(
     files: impl IntoIterator<Item = (&'a str, &'a str)>,
@@ -71,13 +68,13 @@ fn close(a: [f64; 3], b: [f64; 3]) -> bool {
 fn rigs() -> Vec<Meta> {
     let mut rigs: Vec<Meta> =
         Dataset::SHIPPED.iter().map(|name| Dataset::find(Path::new(name)).unwrap().meta).collect();
-    let pose = rig([1.0, -2.0, 0.7], [1.5, -0.4]).unwrap();
-    let rows = pose.rotation_row_major();
+    let [r, t] = [[1.0, -2.0, 0.7], [0.0, 1.5, -0.4]]
+        .map(|degrees| Rotation3::new(Vector3::from(degrees.map(f64::to_radians))));
     let mut fisheye = rigs[0].clone();
     fisheye.lens = LensModel::Fisheye;
     [fisheye.dist_l, fisheye.dist_r] = [vec![-0.013, 0.027, -0.031, 0.011], vec![0.0; 4]];
-    fisheye.r = std::array::from_fn(|i| std::array::from_fn(|j| rows[3 * i + j]));
-    fisheye.t = pose.translation().into_inner().into();
+    fisheye.r = rows(r.matrix());
+    fisheye.t = (t * -Vector3::x()).into();
     fisheye.baseline_m = Some(0.1);
     rigs.push(fisheye);
     rigs

@@ -9,40 +9,17 @@ use rigs::formats::{Files, Format, import, rig_of};
 use crate::samples::samples;
 
 /// Words of Rust debug output, which a message for people never has.
+#[rustfmt::skip]
 const RUST: [&str; 16] = [
-    "Some(",
-    "None",
-    "Ok(",
-    "Err(",
-    "Option<",
-    "Vec<",
-    "f64",
-    "u16",
-    "usize",
-    "String",
-    "invalid type",
-    "missing field",
-    "deserialize",
-    "unwrap",
-    "::",
-    "Error {",
+    "Some(", "None", "Ok(", "Err(", "Option<", "Vec<", "f64", "u16", "usize", "String", "invalid type", "missing field",
+    "deserialize", "unwrap", "::", "Error {",
 ];
 
 /// Every refusal has one of these words: they tell what to do.
+#[rustfmt::skip]
 const ADVICE: [&str; 13] = [
-    "expected ",
-    "use ",
-    "write ",
-    "give ",
-    "print ",
-    "calibrate ",
-    "must ",
-    "compare ",
-    "choose ",
-    "are read",
-    "Known formats",
-    "Write ",
-    "(--size ",
+    "expected ", "use ", "write ", "give ", "print ", "calibrate ", "must ", "compare ", "choose ", "are read",
+    "Known formats", "Write ", "(--size ",
 ];
 
 /// Number of damaged files of each format: of a usual run, and with `CAMPAIGN=1`.
@@ -114,7 +91,7 @@ fn damaged_files_of_every_format_are_read_or_refused_by_name() {
             let texts = files.iter().map(|(name, text)| ((*name).into(), text.clone())).collect();
             let ended = catch_unwind(AssertUnwindSafe(|| {
                 let meta = rig_of(&Files::of(texts)?, sample.unknowns)?;
-                let some = Format::ALL.into_iter().filter(|_| round % WRITTEN == 0);
+                let some = Format::ALL.iter().filter(|_| round % WRITTEN == 0);
                 anyhow::Ok(some.map(|format| format.write(&meta).err()).collect::<Vec<_>>())
             }));
             let ended = ended

@@ -7,7 +7,7 @@ use rigs::formats::Unknowns;
 
 use crate::known_answers::{named, near, read, with};
 use crate::moved;
-use crate::samples::Sample;
+use crate::samples::{Sample, size};
 
 fn of_one_file(name: &'static str, text: &str, unknowns: Unknowns) -> anyhow::Result<Meta> {
     let files = vec![(name, text.to_owned())];
@@ -16,10 +16,6 @@ fn of_one_file(name: &'static str, text: &str, unknowns: Unknowns) -> anyhow::Re
 
 fn refusal(read: anyhow::Result<Meta>) -> String {
     format!("{:#}", read.unwrap_err())
-}
-
-fn sized(size: [u16; 2]) -> Unknowns {
-    Unknowns { sizes: Some([size; 2]), ..Unknowns::default() }
 }
 
 /// The sample with a text added at the end of its first file.
@@ -38,7 +34,7 @@ fn the_quaternion_of_a_kalibr_report_gives_the_matrix_of_its_camchain() {
         "{start}\t q: [-0.00087935 -0.00270995 -0.0008824   0.99999555] +- [0.0015 0.0003 0.0002]\n\t t: [-0.02997144 -0.00027389  \
          0.00036353] +- [0.0001 0.0001 0.0003]\n"
     );
-    let meta = of_one_file("results-cam.txt", &text, sized([1280, 720])).unwrap();
+    let meta = of_one_file("results-cam.txt", &text, size(1280, 720)).unwrap();
     let camchain = [
         [0.999_983_755_079_169_1, -0.001_760_025_638_667_948_3, 0.005_421_428_549_592_495_5],
         [0.001_769_557_576_628_475_4, 0.999_996_896_242_077_9, -0.001_753_901_991_758_743_5],
@@ -51,7 +47,7 @@ fn the_quaternion_of_a_kalibr_report_gives_the_matrix_of_its_camchain() {
     assert_eq!(meta.dist_l, [-0.28, 0.07, 0.0002, 1.8e-05, 0.0]);
     // In a chain of three, the second step is from cam1 to cam2.
     let chain = report.replace("cam1", "cam2").replace("cam0", "cam1").replace("T_1_0", "T_2_1");
-    let unknowns = Unknowns { cameras: Some([1, 2]), ..sized([752, 480]) };
+    let unknowns = Unknowns { cameras: Some([1, 2]), ..size(752, 480) };
     let meta = of_one_file("results-cam.txt", &chain, unknowns).unwrap();
     assert!(near(moved(&meta, [0.0, 0.0, 5.0]), [-0.12, -2.99, 4.02]));
     let omni = refusal(read(&with("Kalibr report", "python.Distorted", "python.DistortedOmni")));

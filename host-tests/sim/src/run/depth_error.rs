@@ -88,10 +88,10 @@ impl DepthErrors {
     pub fn of(set: &Dataset, truth: &[Vec<TrueDepth>], log: &RunLog) -> Result<Option<Self>> {
         let baseline_m = set.meta.baseline_m.context("depths without baseline_m in meta.json")?;
         let none = stereo_selfcal::geometry::LensCorrection::NONE;
-        let before = set.calibration(log.factory(), &none)?;
+        let before = set.meta.calibration(log.factory(), &none)?;
         let in_use = calibration_in_use(set, log)?;
         let reference = set.meta.has_reference().then(|| set.truth()).transpose()?;
-        let reference = reference.map(|truth| set.calibration(&truth, &none)).transpose()?;
+        let reference = reference.map(|truth| set.meta.calibration(&truth, &none)).transpose()?;
         let moved = |pair: usize| set.rigs.get(pair) != set.rigs.last();
         let mut errors = [const { Vec::new() }; 3];
         for (i, (pair, depths)) in set.pairs.iter().zip(truth).enumerate() {
@@ -143,8 +143,8 @@ pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>
 /// The calibration in use after the last pair; the start of the run if the run has not recorded it.
 fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
     match log.steps().last().and_then(|step| step.checked) {
-        Some(used) => set.calibration(&used.in_use, &used.correction),
-        None => set.calibration(log.factory(), &stereo_selfcal::geometry::LensCorrection::NONE),
+        Some(used) => set.meta.calibration(&used.in_use, &used.correction),
+        None => set.meta.calibration(log.factory(), &stereo_selfcal::geometry::LensCorrection::NONE),
     }
 }
 

@@ -105,7 +105,7 @@ impl Estimate {
     /// # Errors
     /// If the cameras are not valid.
     pub fn calibration(&self, set: &Dataset) -> Result<Calibration<f64>> {
-        set.calibration(&self.extrinsics, &self.correction)
+        set.meta.calibration(&self.extrinsics, &self.correction)
     }
 
     /// The rig `of` with the estimated extrinsics, the corrected cameras, and the apparent yaw of the lenses

@@ -202,9 +202,9 @@ impl RunLog {
     /// if no match is within [`SCREEN_PX`] of its row with the estimate.
     fn row_offsets(&self, set: &Dataset) -> Result<Option<RowOffsets>> {
         let Some(fused) = self.fused() else { return Ok(None) };
-        let factory = set.calibration(self.factory(), &LensCorrection::NONE)?;
+        let factory = set.meta.calibration(self.factory(), &LensCorrection::NONE)?;
         let checked = self.steps().last().and_then(|step| step.checked);
-        let used = checked.map(|used| set.calibration(&used.in_use, &used.correction));
+        let used = checked.map(|used| set.meta.calibration(&used.in_use, &used.correction));
         let used = used.transpose()?.unwrap_or(factory);
         RowOffsets::over(set, &[factory, fused.calibration(set)?, used])
     }
