@@ -97,8 +97,8 @@ impl Depth {
         match self {
             Self::Mixture { .. } => self.part(rng).along(ray, rng),
             Self::LogUniform(range) => {
-                let [near, far] = range.map(f64::ln);
-                Some((near + (far - near) * rng.random::<f64>()).exp())
+                let [near, far] = range.map(libm::log);
+                Some(libm::exp(near + (far - near) * rng.random::<f64>()))
             }
             Self::Plane { on_axis, slope: [x, y] } => {
                 let inverse = (1.0 + x * ray.x + y * ray.y) / on_axis;

@@ -5,9 +5,10 @@ use anyhow::{Result, ensure};
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal, UnitSphere};
+use rand_distr::{Distribution, UnitSphere};
 use stereo_selfcal::Extrinsics;
 
+use super::normal::normal;
 use super::rig::turned;
 use super::scene::{Scene, SynthPair};
 
@@ -39,7 +40,6 @@ pub(super) struct Disturber {
 
 impl Disturbance {
     /// Whether there is any disturbance.
-    #[must_use]
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
@@ -59,7 +59,7 @@ impl Disturbance {
 
 impl Disturber {
     fn normal<const K: usize>(&mut self) -> [f64; K] {
-        std::array::from_fn(|_| StandardNormal.sample(&mut self.rng))
+        std::array::from_fn(|_| normal(&mut self.rng))
     }
 
     /// The disturbed rig of a pair.

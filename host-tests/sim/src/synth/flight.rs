@@ -5,9 +5,9 @@ use std::f64::consts::PI;
 use anyhow::{Result, ensure};
 use nalgebra::Vector3;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use stereo_selfcal::Extrinsics;
 
+use super::normal::normal;
 use super::rig::turned;
 use super::scene::Scene;
 
@@ -56,9 +56,9 @@ impl Part {
         let warped = turned(&base.rig, &WARP_AXIS.into(), flown * WARP_DEG)?;
         let knocked = turned(&warped, axis, self.knock_deg)?;
         // Drawn even if the vibration is 0, so that all other draws are the same without vibration.
-        let shake: Vector3<f64> = Vector3::from_fn(|_, _| StandardNormal.sample(rng));
+        let shake: Vector3<f64> = Vector3::from_fn(|_, _| normal(rng));
         let rig: Extrinsics<f64> = turned(&knocked, &shake, self.vibration_deg)?;
-        let height = CEILING.powf((PI * flown).sin());
+        let height = libm::pow(CEILING, libm::sin(PI * flown));
         Ok(Scene { rig, depth: base.depth.times(height), ..base.clone() })
     }
 }

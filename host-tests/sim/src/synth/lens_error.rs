@@ -5,7 +5,8 @@ use std::str::FromStr;
 use anyhow::{Result, ensure};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
+
+use super::normal::normal;
 
 /// Stream of the random numbers for lens errors drawn from the prior.
 const STREAM: u64 = 2;
@@ -78,10 +79,7 @@ impl LensError {
     pub(crate) fn drawn(seed: u64) -> [Self; 2] {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(STREAM);
-        let mut draw = |sd: f64| -> f64 {
-            let normal: f64 = StandardNormal.sample(&mut rng);
-            sd * normal
-        };
+        let mut draw = |sd: f64| sd * normal(&mut rng);
         [(); 2].map(|()| Self {
             focal: draw(Self::PRIOR.focal),
             aspect: 0.0,

@@ -1,4 +1,6 @@
 //! Generated data: scenes of known rigs, and scenarios over many pairs.
+//!
+//! Scenes take functions such as `sin` and `exp` from `libm`, so that they have the same bits on every system.
 
 mod depth;
 mod disturbance;
@@ -7,6 +9,7 @@ mod flight;
 mod grid;
 mod lens_error;
 mod mistake;
+mod normal;
 mod points;
 mod rig;
 mod scenario;

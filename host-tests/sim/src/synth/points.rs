@@ -2,8 +2,8 @@
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 
+use super::normal::normal;
 use super::scene::{Scene, SynthPair};
 
 /// Largest number of points drawn in search of one that has just come into view.
@@ -109,8 +109,7 @@ impl Landmark {
             let [.., u, v] = scene.outlier(clean, rng);
             [u - clean[2], v - clean[3]]
         });
-        let normal = Normal::new(0.0, error_px).expect("checked: finite and not negative");
-        let error = [(); 4].map(|()| normal.sample(rng));
+        let error = [(); 4].map(|()| error_px * normal(rng));
         Self { clean, depth, wrong, error, step: scene.grid.step(rng) }
     }
 

@@ -27,7 +27,6 @@ pub fn rig(rotation_deg: [f64; 3], baseline_deg: [f64; 2]) -> Result<Extrinsics<
 ///
 /// # Panics
 /// Never: the extrinsics are valid.
-#[must_use]
 pub fn five_degrees_off() -> Extrinsics<f64> {
     let turn = Vector3::repeat(5.0_f64.to_radians());
     let r = so3::exp(&turn).expect("finite");

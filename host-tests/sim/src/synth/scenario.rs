@@ -164,7 +164,7 @@ impl Scenario {
     /// Standard deviation of each coordinate of a true match, px: of the noise and of the constant error of a landmark.
     #[must_use]
     pub fn noise_px(&self) -> f64 {
-        self.scene.noise_px.hypot(self.landmark_px)
+        libm::hypot(self.scene.noise_px, self.landmark_px)
     }
 
     /// The pairs as a data set.
@@ -265,7 +265,7 @@ impl Scenario {
             ScenarioKind::Heterogeneous => heterogeneous(&base, rng),
             ScenarioKind::Planar => {
                 let [x, y]: [f64; 2] = UnitCircle.sample(rng);
-                let slant = between(SLANT_DEG, rng).to_radians().tan();
+                let slant = libm::tan(between(SLANT_DEG, rng).to_radians());
                 Scene { depth: plane(base.depth, [x * slant, y * slant], rng), ..base }
             }
             ScenarioKind::FrontoParallel => {
@@ -288,7 +288,7 @@ impl Scenario {
 
 /// A scene at a share of the climb, which is linear in the logarithm of depth.
 fn climbed(base: &Scene, share: f64) -> Scene {
-    Scene { depth: base.depth.times(CEILING.powf(share)), ..base.clone() }
+    Scene { depth: base.depth.times(libm::pow(CEILING, share)), ..base.clone() }
 }
 
 /// A scene whose number of matches, depth range and band are drawn within those of `base`. In half of the draws the
@@ -320,5 +320,5 @@ fn between([least, most]: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
 }
 
 fn log_uniform(range: [f64; 2], rng: &mut ChaCha8Rng) -> f64 {
-    between(range.map(f64::ln), rng).exp()
+    libm::exp(between(range.map(libm::log), rng))
 }

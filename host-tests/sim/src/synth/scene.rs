@@ -8,13 +8,13 @@ use anyhow::{Result, ensure};
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, Normal};
 use stereo_selfcal::Extrinsics;
 
 use super::depth::Depth;
 use super::fence::{Fence, Place};
 use super::grid::{self, Grid};
 use super::lens_error::LensError;
+use super::normal::normal;
 use rigs::data::{Match, Rays};
 
 /// Parameters of a generated scene. `Default` is the scene of the project's figures.
@@ -86,19 +86,16 @@ impl SynthPair {
     /// Rays of all matches in the true cameras, at unit depth.
     ///
     /// * `scene`: the scene of the pair.
-    #[must_use]
     pub fn rays(&self, scene: &Scene) -> Vec<Rays> {
         self.matches.iter().map(|m| scene.rays([m.ul, m.vl, m.ur, m.vr])).collect()
     }
 
     /// Rays of the true matches, with their noise.
-    #[must_use]
     pub fn inlier_rays(&self, scene: &Scene) -> Vec<Rays> {
         self.inliers_of(self.rays(scene))
     }
 
     /// Noise-free rays of the true matches.
-    #[must_use]
     pub fn clean_inlier_rays(&self, scene: &Scene) -> Vec<Rays> {
         self.inliers_of(self.clean.iter().map(|&pixels| scene.rays(pixels)))
     }
@@ -143,7 +140,6 @@ impl Scene {
     }
 
     /// True rays at unit depth `[p_l, p_r]` of pixels `ul vl ur vr`.
-    #[must_use]
     pub fn rays(&self, [ul, vl, ur, vr]: [f64; 4]) -> Rays {
         let centre @ [cx, cy] = self.centre();
         let ray = |error: &LensError, u: f64, v: f64| {
@@ -287,12 +283,11 @@ impl Scene {
 
     /// Pixels as the matcher reports them: with noise, on its grid.
     pub(super) fn observed(&self, pixels: [f64; 4], step: f64, rng: &mut ChaCha8Rng) -> Match {
-        let normal = Normal::new(0.0, self.noise_px).expect("checked: finite and not negative");
         let last = self.size.map(|n| f64::from(n - 1));
         // A coordinate that noise moves out of the image stays at its border, as with a matcher.
         let mut coordinate = |i: usize| {
             let last = last[i % 2];
-            grid::rounded((pixels[i] + normal.sample(rng)).clamp(0.0, last), step, last)
+            grid::rounded((pixels[i] + self.noise_px * normal(rng)).clamp(0.0, last), step, last)
         };
         Match {
             ul: coordinate(0),

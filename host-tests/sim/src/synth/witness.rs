@@ -5,10 +5,10 @@ use anyhow::{Result, ensure};
 use nalgebra::{Rotation3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use serde::{Deserialize, Serialize};
 use stereo_selfcal::depth::{Range, RangeReading};
 
+use super::normal::normal;
 use super::scene::{Scene, SynthPair};
 use rigs::data::tracked::Track;
 
@@ -118,8 +118,7 @@ impl Rangefinder {
         let at = pair.inlier.iter().position(|is_true| *is_true)?;
         let distance = scene.point_of(pair.clean.get(at)?).norm() * self.baseline_m;
         let hit = if rng.random_bool(self.nearer) { rng.random_range(0.2..0.8) } else { 1.0 };
-        let normal: f64 = StandardNormal.sample(rng);
-        let read = (1.0 + self.sd * normal) * hit * distance;
+        let read = (1.0 + self.sd * normal(rng)) * hit * distance;
         let m = pair.matches.get(at)?;
         (read > 0.0).then_some(RangeReading {
             pixel: [m.ul, m.vl],

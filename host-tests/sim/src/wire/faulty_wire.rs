@@ -44,7 +44,6 @@ pub struct FaultyWire {
 
 impl FaultyWire {
     /// * `seed`: of the random numbers.
-    #[must_use]
     pub fn new(faults: Faults, seed: u64) -> Self {
         Self { faults, rng: ChaCha8Rng::seed_from_u64(seed) }
     }
@@ -90,7 +89,7 @@ impl FaultyWire {
             1 => frame[at..at + run].iter_mut().for_each(|byte| *byte ^= rng.random::<u8>()),
             // Independent wrong bits.
             2 => {
-                let rate = 10.0_f64.powf(rng.random_range(-4.0..-0.5));
+                let rate = libm::pow(10.0, rng.random_range(-4.0..-0.5));
                 for byte in &mut frame {
                     for bit in 0..8 {
                         *byte ^= u8::from(rng.random_bool(rate)) << bit;
@@ -129,6 +128,6 @@ fn run(rng: &mut ChaCha8Rng, most: usize) -> usize {
         clippy::cast_precision_loss,
         reason = "a length of some thousand at most"
     )]
-    let length = (most as f64).powf(scale) as usize;
+    let length = libm::pow(most as f64, scale) as usize;
     length.clamp(1, most)
 }

@@ -54,9 +54,6 @@ impl Sender {
     }
 
     /// A sender of a data set.
-    ///
-    /// # Errors
-    /// As [`Sender::new`].
     pub fn of(set: &Dataset) -> Result<Self> {
         let steps = set.pairs.iter().flatten().map(|m| m.step);
         Self::new([set.meta.width, set.meta.height], steps)
@@ -64,7 +61,6 @@ impl Sender {
 
     /// A pair as one frame, and the number of its matches that the frame cannot carry: matches with a quantity out of
     /// range or with a grid step of no level, and matches beyond the first 65535.
-    #[must_use]
     pub fn frame(&self, sequence: u32, pair: &[Match]) -> (Vec<u8>, usize) {
         let plain: Vec<(Match, u16)> = pair.iter().map(|m| (*m, 0)).collect();
         self.tracked_frame(sequence, &plain)
@@ -72,7 +68,6 @@ impl Sender {
 
     /// As [`Sender::frame`], with the number of each match's track; 0 without a track. The frame carries the low 12
     /// bits of the number.
-    #[must_use]
     pub fn tracked_frame(&self, sequence: u32, pair: &[(Match, u16)]) -> (Vec<u8>, usize) {
         let encode = |(m, track): &(Match, u16)| {
             let record = MatchRecord::encode(&m.correspondence(), &self.header);
@@ -118,7 +113,6 @@ fn in_256ths(px: f64) -> u16 {
 }
 
 /// A match of continuous coordinates, rounded to the resolution of the wire. Computed independently of the link.
-#[must_use]
 pub fn quantised(m: &Match) -> Correspondence<f32> {
     let exact: Correspondence<f32> = m.correspondence();
     let px = |x: f32| (x * 256.0).round() / 256.0;

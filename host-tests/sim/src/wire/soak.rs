@@ -58,7 +58,6 @@ pub struct SoakCounts {
 
 impl SoakCounts {
     /// Sum of both counts.
-    #[must_use]
     pub fn plus(self, other: Self) -> Self {
         Self {
             frames: self.frames + other.frames,
@@ -77,7 +76,6 @@ impl SoakCounts {
     }
 
     /// Whether the link passed: all counts that must be 0 are 0.
-    #[must_use]
     pub fn is_good(&self) -> bool {
         [self.wrong, self.twice, self.missed_next, self.missed] == [0; 4]
     }
@@ -98,7 +96,6 @@ impl Soak {
     /// Sends all frames.
     ///
     /// * `each`: called with the number of frames sent since its last call.
-    #[must_use]
     pub fn run(&self, mut each: impl FnMut(u64)) -> SoakCounts {
         let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
         let mut wire = FaultyWire::new(self.faults, self.seed ^ 0x5eed);

@@ -28,13 +28,11 @@ pub struct Frame {
 
 impl<R: BufRead> FrameReader<R> {
     /// A reader at the start of a stream.
-    #[must_use]
     pub fn new(input: R) -> Self {
         Self { input, decoder: Decoder::new(), matches: Vec::new() }
     }
 
     /// Counters of the decoder.
-    #[must_use]
     pub fn counters(&self) -> &Counters {
         self.decoder.counters()
     }
@@ -87,7 +85,6 @@ impl Frame {
 }
 
 /// The counters of a link in words: the number of whole frames, and the counters above 0.
-#[must_use]
 pub fn counted(c: &Counters) -> String {
     let rare = [
         (c.bad_crc, "with a wrong checksum"),
