@@ -99,13 +99,11 @@ pub fn cramer_rao<'a>(
 ///
 /// # Panics
 /// If [`try_joint_fit`] gives `None`.
-#[must_use]
 pub fn joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Extrinsics<f64> {
     try_joint_fit(truth, rays).expect("the scene determines all directions")
 }
 
 /// As [`joint_fit`]; `None` if the rays do not determine all five unknowns, or so poorly that the fit diverges.
-#[must_use]
 pub fn try_joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Option<Extrinsics<f64>> {
     let mut pose = Pose::from(truth);
     for _ in 0..4 {

@@ -6,7 +6,6 @@ use std::process::ExitCode;
 use anyhow::{Error, Result};
 
 /// Exit status of a program; prints its error.
-#[must_use]
 pub fn exit(outcome: Result<ExitCode>) -> ExitCode {
     match outcome {
         Ok(code) => code,

@@ -6,7 +6,6 @@ use stereo_selfcal::geometry::metrics::Deviation;
 /// number.
 ///
 /// * `share`: 0 is the least number, 0.5 the median, 1 the largest; clamped to this range.
-#[must_use]
 pub fn quantile(numbers: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut numbers: Vec<f64> = numbers.into_iter().collect();
     numbers.sort_unstable_by(f64::total_cmp);
@@ -26,13 +25,11 @@ pub fn quantile(numbers: impl IntoIterator<Item = f64>, share: f64) -> Option<f6
 }
 
 /// The middle number, or the mean of the middle two; `None` without a number.
-#[must_use]
 pub fn median(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     quantile(numbers, 0.5)
 }
 
 /// Arithmetic mean; `None` without a number.
-#[must_use]
 pub fn mean(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (mut count, mut sum) = (0.0, 0.0);
     for number in numbers {
@@ -43,19 +40,16 @@ pub fn mean(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
 }
 
 /// Root mean square; `None` without a number.
-#[must_use]
 pub fn rms(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     mean(numbers.into_iter().map(|x| x * x)).map(f64::sqrt)
 }
 
 /// Geometric mean of positive numbers; `None` without a number.
-#[must_use]
 pub fn geometric_mean(numbers: impl IntoIterator<Item = f64>) -> Option<f64> {
     mean(numbers.into_iter().map(f64::ln)).map(f64::exp)
 }
 
 /// Root mean square of deviations, of `t` and of `R` separately, rad; both are NaN without a deviation.
-#[must_use]
 pub fn rms_deviation(all: impl IntoIterator<Item = Deviation<f64>>) -> Deviation<f64> {
     Deviation::root_mean_square(all)
         .unwrap_or(Deviation { translation: f64::NAN, rotation: f64::NAN })

@@ -16,7 +16,6 @@ pub struct PairSolver<T: Scalar, const N: usize> {
 
 impl<T: Scalar, const N: usize> PairSolver<T, N> {
     /// * `factory`: factory calibration, whose extrinsics every pair starts from.
-    #[must_use]
     pub fn new(config: Config, factory: &FactoryCalibration<T>) -> Self {
         Self { calibrator: Box::new(Calibrator::new(config, factory)) }
     }

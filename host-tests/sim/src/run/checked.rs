@@ -50,7 +50,6 @@ impl Checked {
     /// * `given`: the calibrator's cameras before any correction.
     /// * `health`: the health over the last pair, before the estimate was applied.
     /// * `truth`: truth of the pair, if known.
-    #[must_use]
     pub fn of<T: Scalar, const N: usize>(
         calibrator: &Calibrator<T, N>,
         given: &Cameras<T>,
@@ -75,13 +74,11 @@ impl Checked {
     }
 
     /// Whether the health permits arming.
-    #[must_use]
     pub fn is_armed(&self) -> bool {
         self.health.is_some_and(|health| health.may_arm)
     }
 
     /// Reasons against arming or against the estimate, then the likely cause, in words; may be empty.
-    #[must_use]
     pub fn reasons(&self) -> Vec<String> {
         let mut all: Vec<_> = match self.health {
             Some(Checks { reasons, .. }) => {

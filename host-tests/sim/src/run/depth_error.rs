@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use nalgebra::Vector3;
 use serde::Serialize;
-use stereo_selfcal::geometry::RectifyingRotations;
+use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations};
 use stereo_selfcal::{Calibration, Extrinsics, State};
 
 use super::log::RunLog;
@@ -87,11 +87,12 @@ impl DepthErrors {
     /// If the length of the baseline is not known, or the cameras are not valid.
     pub fn of(set: &Dataset, truth: &[Vec<TrueDepth>], log: &RunLog) -> Result<Option<Self>> {
         let baseline_m = set.meta.baseline_m.context("depths without baseline_m in meta.json")?;
-        let none = stereo_selfcal::geometry::LensCorrection::NONE;
-        let before = set.meta.calibration(log.factory(), &none)?;
+        let before = set.meta.calibration(log.factory(), &LensCorrection::NONE)?;
         let in_use = calibration_in_use(set, log)?;
         let reference = set.meta.has_reference().then(|| set.truth()).transpose()?;
-        let reference = reference.map(|truth| set.meta.calibration(&truth, &none)).transpose()?;
+        let reference = reference
+            .map(|truth| set.meta.calibration(&truth, &LensCorrection::NONE))
+            .transpose()?;
         let moved = |pair: usize| set.rigs.get(pair) != set.rigs.last();
         let mut errors = [const { Vec::new() }; 3];
         for (i, (pair, depths)) in set.pairs.iter().zip(truth).enumerate() {
@@ -141,10 +142,10 @@ pub(super) fn behind_infinity(set: &Dataset, log: &RunLog) -> Result<Option<f64>
 }
 
 /// The calibration in use after the last pair; the start of the run if the run has not recorded it.
-fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
+pub(super) fn calibration_in_use(set: &Dataset, log: &RunLog) -> Result<Calibration<f64>> {
     match log.steps().last().and_then(|step| step.checked) {
         Some(used) => set.meta.calibration(&used.in_use, &used.correction),
-        None => set.meta.calibration(log.factory(), &stereo_selfcal::geometry::LensCorrection::NONE),
+        None => set.meta.calibration(log.factory(), &LensCorrection::NONE),
     }
 }
 
@@ -156,13 +157,14 @@ fn error_px(of: &Calibration<f64>, m: &Match, depth_m: f64, baseline_m: f64) -> 
 }
 
 /// Disparity and row offset of the rectified rays at unit depth, and the rectified z of the left ray, whose z is 1 in
-/// the left camera frame. `None` if a pixel has no ray.
-fn offsets(of: &Calibration<f64>, m: &Match) -> Option<[f64; 3]> {
+/// the left camera frame. `None` if a pixel has no ray, or its ray points behind the rectified camera.
+pub fn offsets(of: &Calibration<f64>, m: &Match) -> Option<[f64; 3]> {
     let rays = of.cameras.rays(&m.correspondence()).ok()?;
     let rotations = RectifyingRotations::from(&of.extrinsics);
     let ray = |[x, y]: [f64; 2]| Vector3::new(x, y, 1.0);
     let [a, b] = [rotations.left() * ray(rays.left()), rotations.right() * ray(rays.right())];
-    Some([a.x / a.z - b.x / b.z, a.y / a.z - b.y / b.z, a.z])
+    let in_front = a.z > 0.0 && b.z > 0.0;
+    in_front.then_some([a.x / a.z - b.x / b.z, a.y / a.z - b.y / b.z, a.z])
 }
 
 fn median(mut all: Vec<f64>) -> Option<f64> {

@@ -3,8 +3,7 @@
 use std::fmt;
 
 use anyhow::Result;
-use serde::ser::SerializeStruct;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::outcome::{Finding, LensEstimate, StandardDeviations, Vibration};
 use stereo_selfcal::{Calibration, Extrinsics, Proposal, Reason, Reasons, Scalar, State};
@@ -43,54 +42,43 @@ pub struct Estimate {
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Lens {
     /// Relative error of the focal length, right minus left.
-    #[serde(serialize_with = "value_and_sd")]
     pub focal: Finding<f64>,
     /// Error of the radial coefficient `k1`, right minus left.
-    #[serde(serialize_with = "value_and_sd")]
     pub k1: Finding<f64>,
     /// Error of the radial coefficient `k1`, mean of both cameras.
-    #[serde(serialize_with = "value_and_sd")]
     pub k1_mean: Finding<f64>,
     /// Error of the tangential coefficient `p1`, right minus left.
-    #[serde(serialize_with = "value_and_sd")]
     pub p1: Finding<f64>,
     /// Error of the column of the principal point, right minus left, px.
-    #[serde(serialize_with = "value_and_sd")]
     pub principal_x_px: Finding<f64>,
 }
 
 impl<T: Scalar> From<LensEstimate<T>> for Lens {
     fn from(lens: LensEstimate<T>) -> Self {
-        let in_f64 = |f: Finding<T>| Finding { value: f.value.to_f64(), sd: f.sd.to_f64() };
         Self {
-            focal: in_f64(lens.focal),
-            k1: in_f64(lens.k1),
-            k1_mean: in_f64(lens.k1_mean),
-            p1: in_f64(lens.p1),
-            principal_x_px: in_f64(lens.principal_x_px),
+            focal: finding(lens.focal),
+            k1: finding(lens.k1),
+            k1_mean: finding(lens.k1_mean),
+            p1: finding(lens.p1),
+            principal_x_px: finding(lens.principal_x_px),
         }
     }
 }
 
 impl Estimate {
     /// Conversion of a proposal.
-    #[must_use]
     pub fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
+        let yaw_sd = proposal.covariance_lens.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
+        let LensCorrection { focal, k1 } = proposal.correction;
         Self {
             extrinsics: in_f64(&proposal.extrinsics),
-            correction: correction_in_f64(&proposal.correction),
+            correction: LensCorrection { focal: focal.to_f64(), k1: k1.to_f64() },
             sd: deviations(&proposal.sd),
             sd_lens: deviations(&proposal.sd_lens),
             baseline_observed: proposal.baseline_observed,
             lens: proposal.lens.map(Lens::from),
-            lens_yaw: Finding {
-                value: proposal.lens_yaw.value.to_f64(),
-                sd: proposal.lens_yaw.sd.to_f64(),
-            },
-            yaw_sd: proposal
-                .covariance_lens
-                .map_or(proposal.sd.rotation, |c| c.m22.sqrt())
-                .to_f64(),
+            lens_yaw: finding(proposal.lens_yaw),
+            yaw_sd: yaw_sd.to_f64(),
             vibration: Vibration {
                 rotation: proposal.vibration.rotation.to_f64(),
                 baseline: proposal.vibration.baseline.to_f64(),
@@ -110,7 +98,6 @@ impl Estimate {
 
     /// The rig `of` with the estimated extrinsics, the corrected cameras, and the apparent yaw of the lenses
     /// ([`Meta::LENS_YAW`]), unless it is exactly 0.
-    #[must_use]
     pub fn rig(&self, of: &Meta) -> Meta {
         let r = rows(self.extrinsics.rotation().matrix());
         let t = self.extrinsics.translation().into_inner().into();
@@ -124,14 +111,13 @@ impl Estimate {
 }
 
 /// The strongest of the reasons against an estimate that come from the matches.
-#[must_use]
 pub fn doubt(reasons: Reasons) -> Option<Reason> {
     let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves, Reason::Axis];
     doubts.into_iter().find(|reason| reasons.contains(*reason))
 }
 
-fn correction_in_f64<T: Scalar>(correction: &LensCorrection<T>) -> LensCorrection<f64> {
-    LensCorrection { focal: correction.focal.to_f64(), k1: correction.k1.to_f64() }
+fn finding<T: Scalar>(found: Finding<T>) -> Finding<f64> {
+    Finding { value: found.value.to_f64(), sd: found.sd.to_f64() }
 }
 
 /// A correction in words: `right focal length +0.098 %, k1 -0.00012`.
@@ -142,13 +128,6 @@ pub(crate) fn in_words(correction: &LensCorrection<f64>) -> String {
 
 fn deviations<T: Scalar>(sd: &StandardDeviations<T>) -> StandardDeviations<f64> {
     StandardDeviations { rotation: sd.rotation.to_f64(), translation: sd.translation.to_f64() }
-}
-
-fn value_and_sd<S: Serializer>(found: &Finding<f64>, to: S) -> Result<S::Ok, S::Error> {
-    let mut json = to.serialize_struct("Finding", 2)?;
-    json.serialize_field("value", &found.value)?;
-    json.serialize_field("sd", &found.sd)?;
-    json.end()
 }
 
 impl fmt::Display for Estimate {

@@ -39,7 +39,6 @@ impl KeptPairs {
     }
 
     /// The kept pairs, in their order.
-    #[must_use]
     pub fn into_pairs(self) -> Vec<Vec<Match>> {
         self.pairs
     }

@@ -19,7 +19,6 @@ pub enum LensTracking {
 
 impl LensTracking {
     /// The robust preset with this treatment.
-    #[must_use]
     pub fn config(self) -> Config {
         match self {
             Self::Given => Config::robust().without_lens_prior(),

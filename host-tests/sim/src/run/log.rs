@@ -32,13 +32,11 @@ pub struct RunLog {
 
 impl RunLog {
     /// The log of a run that starts at `factory`, on data whose truth is `truth`.
-    #[must_use]
     pub fn new(truth: Extrinsics<f64>, factory: Extrinsics<f64>) -> Self {
         Self { truth: Some(truth), ..Self::without_reference(factory) }
     }
 
     /// The log of a run on data without a reference: it has no errors.
-    #[must_use]
     pub fn without_reference(factory: Extrinsics<f64>) -> Self {
         Self {
             truth: None,
@@ -52,7 +50,6 @@ impl RunLog {
     }
 
     /// The log with only the latest pair in [`RunLog::steps`], so that the memory does not grow with the run.
-    #[must_use]
     pub fn briefly(self) -> Self {
         Self { brief: true, ..self }
     }
@@ -63,7 +60,6 @@ impl RunLog {
 
     /// The log for a rig that moves: pair `i` and the estimate after it are compared with `truths[i]`. Pairs beyond the
     /// last truth are compared with the last truth.
-    #[must_use]
     pub fn with_truths(self, truths: Vec<Extrinsics<f64>>) -> Self {
         Self { truths, ..self }
     }
@@ -93,8 +89,6 @@ impl RunLog {
                 (verdict, Some(self.solved(&report)))
             }
         };
-        let estimate = self.fused;
-        let (alone, checked) = (None, None);
         self.steps.push(Step {
             offered,
             taken,
@@ -102,10 +96,10 @@ impl RunLog {
             witnessed: WitnessCounts::default(),
             verdict,
             solved,
-            alone,
+            alone: None,
             running,
-            estimate,
-            checked,
+            estimate: self.fused,
+            checked: None,
         });
         &self.steps[self.steps.len() - 1]
     }
@@ -115,17 +109,11 @@ impl RunLog {
         self.forgotten.pairs + self.steps.len()
     }
 
-    /// Notes which correspondences of the pair recorded last were refused.
-    pub fn note_refused(&mut self, refused: CountByReason) {
+    /// Notes which correspondences of the pair recorded last were refused, and the results of its range readings and
+    /// tracks.
+    pub(super) fn note_counts(&mut self, refused: CountByReason, witnessed: WitnessCounts) {
         if let Some(step) = self.steps.last_mut() {
-            step.refused = refused;
-        }
-    }
-
-    /// Notes the results of the range readings and tracks of the pair recorded last.
-    pub fn note_witnessed(&mut self, witnessed: WitnessCounts) {
-        if let Some(step) = self.steps.last_mut() {
-            step.witnessed = witnessed;
+            (step.refused, step.witnessed) = (refused, witnessed);
         }
     }
 
@@ -165,7 +153,6 @@ impl RunLog {
     }
 
     /// The pairs so far; only the latest pair if the log is brief ([`RunLog::briefly`]).
-    #[must_use]
     pub fn steps(&self) -> &[Step] {
         &self.steps
     }
@@ -178,25 +165,21 @@ impl RunLog {
     }
 
     /// Extrinsics that the run starts from.
-    #[must_use]
     pub fn factory(&self) -> &Extrinsics<f64> {
         &self.factory
     }
 
     /// True extrinsics of the latest pair; `None` without a known reference.
-    #[must_use]
     pub fn truth(&self) -> Option<&Extrinsics<f64>> {
         self.truth.as_ref()
     }
 
     /// The estimate after the latest pair; `None` if there is no estimate then.
-    #[must_use]
     pub fn fused(&self) -> Option<&Estimate> {
         self.fused.as_ref()
     }
 
     /// Whether the estimate has restarted with a corrected lens in any pair so far.
-    #[must_use]
     pub fn has_begun_again(&self) -> bool {
         self.totals().began_again
     }

@@ -21,7 +21,7 @@ pub mod trace;
 
 pub use alone::PairSolver;
 pub use checked::{Checked, Checks};
-pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres};
+pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres, offsets};
 pub use estimate::{Estimate, Lens, doubt};
 pub use kept_pairs::KeptPairs;
 pub use lens_tracking::LensTracking;

@@ -5,13 +5,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 /// A bar over `count` items.
 ///
 /// * `things`: name of the items, which follows the number.
-#[must_use]
 pub fn over(count: usize, things: &str) -> ProgressBar {
     styled(ProgressBar::new(count as u64), "{bar:30} {pos}/{len} {msg}, {eta} left", things)
 }
 
 /// A count of items whose total is unknown.
-#[must_use]
 pub fn counting(things: &str) -> ProgressBar {
     styled(ProgressBar::no_length(), "{pos} {msg}, {elapsed}", things)
 }

@@ -1,14 +1,15 @@
-//! Stable names of the reasons why a match, a pair, a range reading or a motion was not taken.
+//! Names of the reasons why a match, a pair, a range reading or a motion was not taken: those of the core's variants in
+//! snake case.
 
 use std::collections::BTreeMap;
+use std::fmt::Debug;
 
 use serde::Serialize;
-use stereo_selfcal::depth::{MotionError, RangeError, Witnessed};
-use stereo_selfcal::geometry::{Side, UndistortError};
+use stereo_selfcal::depth::Witnessed;
 use stereo_selfcal::{PushError, Rejection};
 
 /// Number of occurrences of each reason.
-pub type CountByReason = BTreeMap<&'static str, usize>;
+pub type CountByReason = BTreeMap<String, usize>;
 
 /// Number of each result of the measurements that determine the yaw of the mount, by name: taken, waiting, or the
 /// reason of the refusal.
@@ -22,102 +23,47 @@ pub struct WitnessCounts {
 
 impl WitnessCounts {
     pub(super) fn add(&mut self, other: &Self) {
-        let all = [(&mut self.ranges, &other.ranges), (&mut self.motion, &other.motion)];
-        for (to, from) in all {
-            for (name, count) in from {
-                *to.entry(name).or_default() += count;
-            }
-        }
-    }
-
-    pub(super) fn note_range(&mut self, outcome: Result<Witnessed, RangeError>) {
-        *self.ranges.entry(outcome.map_or_else(of_range, of_witnessed)).or_default() += 1;
-    }
-
-    pub(super) fn note_motion(&mut self, outcome: Result<Witnessed, MotionError>) {
-        *self.motion.entry(outcome.map_or_else(of_motion, of_witnessed)).or_default() += 1;
+        add(&mut self.ranges, &other.ranges);
+        add(&mut self.motion, &other.motion);
     }
 }
 
-fn of_witnessed(witnessed: Witnessed) -> &'static str {
-    match witnessed {
-        Witnessed::Taken => "taken",
-        Witnessed::Waiting => "waiting",
+/// Adds counts to others.
+pub(super) fn add(to: &mut CountByReason, from: &CountByReason) {
+    for (name, count) in from {
+        *to.entry(name.clone()).or_default() += count;
     }
 }
 
-fn of_range(why: RangeError) -> &'static str {
-    match why {
-        RangeError::NoBaseline => "no_baseline",
-        RangeError::NotLocked => "not_locked",
-        RangeError::Reading => "reading",
-        RangeError::Pixel(_) => "pixel",
-        RangeError::NoMatch => "no_match",
-        RangeError::Contradicts => "contradicts",
-        _ => "other",
-    }
+/// Counts the result of a measurement.
+pub(super) fn note<E: Debug>(counts: &mut CountByReason, outcome: &Result<Witnessed, E>) {
+    let name = outcome.as_ref().map_or_else(snake_case, snake_case);
+    *counts.entry(name).or_default() += 1;
 }
 
-fn of_motion(why: MotionError) -> &'static str {
-    match why {
-        MotionError::NotLocked => "not_locked",
-        MotionError::TooFew => "too_few",
-        MotionError::NoMotion => "no_motion",
-        MotionError::Contradicts => "contradicts",
-        _ => "other",
-    }
+/// Name of a variant in snake case: `too_few` of `TooFew { usable: 3, needed: 12 }`.
+pub fn snake_case(of: &impl Debug) -> String {
+    let text = format!("{of:?}");
+    let name = text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default();
+    let split =
+        |c: char| c.is_uppercase().then_some('_').into_iter().chain([c.to_ascii_lowercase()]);
+    name.chars().flat_map(split).skip(1).collect()
 }
 
 /// Name of the reason why a match was refused.
-#[must_use]
-pub fn of_match(why: PushError) -> &'static str {
+pub fn of_match(why: PushError) -> String {
     match why {
-        PushError::Busy => "busy",
-        PushError::Pixel(Side::Left, UndistortError::NotFinite) => "left_pixel_not_finite",
-        PushError::Pixel(Side::Left, UndistortError::OutsideImage) => "left_pixel_outside_image",
-        PushError::Pixel(Side::Left, UndistortError::NotInvertible) => "left_pixel_not_invertible",
-        PushError::Pixel(Side::Right, UndistortError::NotFinite) => "right_pixel_not_finite",
-        PushError::Pixel(Side::Right, UndistortError::OutsideImage) => "right_pixel_outside_image",
-        PushError::Pixel(Side::Right, UndistortError::NotInvertible) => {
-            "right_pixel_not_invertible"
-        }
-        PushError::Score => "score",
-        PushError::GridStep => "grid_step",
-        _ => "other",
-    }
-}
-
-/// Name of the reason why a pair was not solved.
-#[must_use]
-pub fn of_unsolved(why: Rejection) -> &'static str {
-    match why {
-        Rejection::NotBegun => "not_begun",
-        Rejection::TooFew { .. } => "too_few",
-        Rejection::NoConsensus => "no_consensus",
-        Rejection::Unobservable => "unobservable",
-        Rejection::Behind => "behind",
-        Rejection::Columns => "columns",
-        Rejection::NoDepth => "no_depth",
-        _ => "other",
+        PushError::Pixel(side, why) => format!("{}_pixel_{}", snake_case(&side), snake_case(&why)),
+        other => snake_case(&other),
     }
 }
 
 /// Name of the reason why a solved pair was not fused.
-#[must_use]
-pub fn of_refusal(why: Rejection) -> &'static str {
-    match why {
-        Rejection::TooUncertain => "too_uncertain",
-        Rejection::CorrectionLimit => "correction_limit",
-        Rejection::NoRig => "no_rig",
-        Rejection::Disagrees => "disagrees",
-        Rejection::NotBegun => "nothing_solved",
-        Rejection::Frozen => "frozen",
-        _ => "other",
-    }
+pub fn of_refusal(why: Rejection) -> String {
+    if why == Rejection::NotBegun { "nothing_solved".into() } else { snake_case(&why) }
 }
 
 /// The reasons in words, the most frequent first.
-#[must_use]
 pub fn in_words(reasons: &CountByReason) -> String {
     let mut counts: Vec<_> = reasons.iter().collect();
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
@@ -128,46 +74,22 @@ pub fn in_words(reasons: &CountByReason) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stereo_selfcal::geometry::{Side, UndistortError};
 
     #[test]
     fn the_most_frequent_reason_comes_first_and_ties_by_name() {
-        let reasons = CountByReason::from([("score", 2), ("grid_step", 2), ("no_cameras", 30)]);
+        let reasons = [("score", 2), ("grid_step", 2), ("no_cameras", 30)];
+        let reasons = reasons.map(|(name, count)| (name.to_owned(), count)).into();
         assert_eq!(in_words(&reasons), "no cameras 30, grid step 2, score 2");
     }
 
     #[test]
-    fn every_reason_has_a_name_of_its_own() {
-        let pixels = [Side::Left, Side::Right].into_iter().flat_map(|side| {
-            [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible]
-                .map(|why| PushError::Pixel(side, why))
-        });
-        let rest = [PushError::Busy, PushError::Score, PushError::GridStep];
-        let names: CountByReason = pixels.chain(rest).map(|why| (of_match(why), 1)).collect();
-        assert_eq!(names.len(), 9);
-        assert!(!names.contains_key("other"));
-
-        let (usable, needed) = (1, 12);
-        let unsolved = [
-            Rejection::NotBegun,
-            Rejection::TooFew { usable, needed },
-            Rejection::NoConsensus,
-            Rejection::Unobservable,
-            Rejection::Behind,
-            Rejection::Columns,
-            Rejection::NoDepth,
-        ];
-        let refusals = [
-            Rejection::TooUncertain,
-            Rejection::CorrectionLimit,
-            Rejection::NoRig,
-            Rejection::Disagrees,
-            Rejection::NotBegun,
-            Rejection::Frozen,
-        ];
-        let unsolved = unsolved.map(of_unsolved).into_iter();
-        let names: CountByReason =
-            unsolved.chain(refusals.map(of_refusal)).map(|name| (name, 1)).collect();
-        assert_eq!(names.len(), 13);
-        assert!(!names.contains_key("other"));
+    fn names_of_reasons_are_stable() {
+        let pixel = PushError::Pixel(Side::Left, UndistortError::OutsideImage);
+        assert_eq!(of_match(pixel), "left_pixel_outside_image");
+        assert_eq!(of_match(PushError::GridStep), "grid_step");
+        assert_eq!(snake_case(&Rejection::TooFew { usable: 1, needed: 12 }), "too_few");
+        assert_eq!(of_refusal(Rejection::CorrectionLimit), "correction_limit");
+        assert_eq!(of_refusal(Rejection::NotBegun), "nothing_solved");
     }
 }

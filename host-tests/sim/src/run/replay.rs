@@ -163,7 +163,6 @@ impl Running {
     }
 
     /// The log so far.
-    #[must_use]
     pub fn log(&self) -> &RunLog {
         &self.log
     }
@@ -265,10 +264,12 @@ fn replay_pair<T: Scalar, const N: usize>(
     let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
     let mut witnessed = WitnessCounts::default();
     for reading in readings {
-        witnessed.note_range(calibrator.push_witness(&ranges::in_scalar(reading)));
+        let outcome = calibrator.push_witness(&ranges::in_scalar(reading));
+        refused::note(&mut witnessed.ranges, &outcome);
     }
     if !tracks.is_empty() {
-        witnessed.note_motion(calibrator.push_witness(&tracked::rays_of(cameras, tracks)[..]));
+        let outcome = calibrator.push_witness(&tracked::rays_of(cameras, tracks)[..]);
+        refused::note(&mut witnessed.motion, &outcome);
     }
     let health = calibrator.health().ok();
     if apply == Apply::Each {
@@ -276,7 +277,6 @@ fn replay_pair<T: Scalar, const N: usize>(
         let _ = calibrator.apply();
     }
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
-    log.note_refused(refused);
-    log.note_witnessed(witnessed);
+    log.note_counts(refused, witnessed);
     log.check(calibrator, cameras, health.as_ref());
 }

@@ -87,7 +87,6 @@ impl fmt::Display for Verdict {
 
 impl Step {
     /// Error of the pair: solved alone if the run has noted it, otherwise as solved in the run.
-    #[must_use]
     pub fn pair_error(&self) -> Option<Deviation<f64>> {
         match self.alone {
             Some(alone) => alone.error,
@@ -96,7 +95,6 @@ impl Step {
     }
 
     /// Estimate of the pair: solved alone if the run has noted it, otherwise as solved in the run.
-    #[must_use]
     pub fn pair_extrinsics(&self) -> Option<Extrinsics<f64>> {
         match self.alone {
             Some(alone) => alone.extrinsics,
@@ -121,23 +119,11 @@ impl fmt::Display for Step {
             )?,
             None => write!(f, "{:>21}  {:>6}   ", "-", "-")?,
         }
-        match &self.pair_error() {
-            Some(e) => write!(
-                f,
-                "{:>8.3}  {:>11.3}   ",
-                e.translation.to_degrees(),
-                e.rotation.to_degrees()
-            )?,
-            None => write!(f, "{:>8}  {:>11}   ", "-", "-")?,
-        }
-        match &self.running {
-            Some(e) => write!(
-                f,
-                "{:>11.3}  {:>11.3}   ",
-                e.translation.to_degrees(),
-                e.rotation.to_degrees()
-            )?,
-            None => write!(f, "{:>11}  {:>11}   ", "-", "-")?,
+        for (error, width) in [(self.pair_error(), 8), (self.running, 11)] {
+            let degrees = |rad: f64| format!("{:.3}", rad.to_degrees());
+            let [t, r] = error
+                .map_or(["-".into(), "-".into()], |e| [e.translation, e.rotation].map(degrees));
+            write!(f, "{t:>width$}  {r:>11}   ")?;
         }
         write!(f, "{}", self.verdict)?;
         if self.taken < self.offered {

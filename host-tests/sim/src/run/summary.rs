@@ -4,14 +4,15 @@ use std::fmt;
 
 use anyhow::Result;
 use nalgebra::{Matrix3, Rotation3};
-use serde::ser::SerializeStruct;
-use serde::{Serialize, Serializer};
+use serde::Serialize;
 use stereo_selfcal::Calibration;
 use stereo_selfcal::batch::{RayPair, row_offset};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations, so3};
 
-use super::depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, behind_infinity};
+use super::depth_error::{
+    DEPTHS_M, DepthErrors, ExpectedDepth, behind_infinity, calibration_in_use,
+};
 use super::estimate::{Lens, in_words};
 use super::log::RunLog;
 use super::refused::{self, CountByReason, WitnessCounts};
@@ -109,7 +110,6 @@ pub struct Summary {
     /// Lens errors that the pairs show; `null` without a lens prior.
     pub lens: Option<Lens>,
     /// Correction of the cameras that `R` and `t` belong to; zero if the lens is as given.
-    #[serde(serialize_with = "focal_and_k1")]
     pub correction: LensCorrection<f64>,
     /// RMS deviation of the rig's rotation from the estimate, from pair to pair, each axis; 0 without detected
     /// vibration.
@@ -127,13 +127,6 @@ pub struct InUse {
     pub e_theta: Option<f64>,
     /// RMS row offset over the matches of `rms_px_before` and `rms_px_after`, px.
     pub rms_px: Option<f64>,
-}
-
-fn focal_and_k1<S: Serializer>(correction: &LensCorrection<f64>, to: S) -> Result<S::Ok, S::Error> {
-    let mut json = to.serialize_struct("LensCorrection", 2)?;
-    json.serialize_field("focal", &correction.focal)?;
-    json.serialize_field("k1", &correction.k1)?;
-    json.end()
 }
 
 impl RunLog {
@@ -203,16 +196,13 @@ impl RunLog {
     fn row_offsets(&self, set: &Dataset) -> Result<Option<RowOffsets>> {
         let Some(fused) = self.fused() else { return Ok(None) };
         let factory = set.meta.calibration(self.factory(), &LensCorrection::NONE)?;
-        let checked = self.steps().last().and_then(|step| step.checked);
-        let used = checked.map(|used| set.meta.calibration(&used.in_use, &used.correction));
-        let used = used.transpose()?.unwrap_or(factory);
-        RowOffsets::over(set, &[factory, fused.calibration(set)?, used])
+        let in_use = calibration_in_use(set, self)?;
+        RowOffsets::over(set, &[factory, fused.calibration(set)?, in_use])
     }
 }
 
 /// Row offsets, px, of every correspondence of a data set under a calibration, pair by pair. `None` if a pixel has no
 /// ray, or its ray points behind the rectified camera.
-#[must_use]
 pub fn row_offsets_px(set: &Dataset, calibration: &Calibration<f64>) -> Vec<Vec<Option<f64>>> {
     let Calibration { cameras, extrinsics, .. } = calibration;
     let rotations = RectifyingRotations::from(extrinsics);
@@ -239,18 +229,13 @@ impl RowOffsets {
     /// * `calibrations`: before, after, in use.
     fn over(set: &Dataset, calibrations: &[Calibration<f64>; 3]) -> Result<Option<Self>> {
         let [before, after, in_use] = calibrations.each_ref().map(|c| row_offsets_px(set, c));
-        let all: Vec<[Option<f64>; 3]> = before
-            .into_iter()
-            .flatten()
-            .zip(after.into_iter().flatten())
-            .zip(in_use.into_iter().flatten())
-            .map(|((before, after), in_use)| [before, after, in_use])
-            .collect();
+        let both = before.concat().into_iter().zip(after.concat()).zip(in_use.concat());
+        let all: Vec<_> = both.map(|((before, after), used)| [before, after, used]).collect();
         let near = |px: Option<f64>| px.is_some_and(|px| px.abs() <= SCREEN_PX);
         let screened: Vec<[f64; 3]> = all
             .iter()
             .filter(|[_, after, _]| near(*after))
-            .filter_map(|[before, after, in_use]| Some([(*before)?, (*after)?, (*in_use)?]))
+            .filter_map(|&[before, after, in_use]| Some([before?, after?, in_use?]))
             .collect();
         let [Some(before), Some(after), Some(in_use)] =
             [0, 1, 2].map(|i| rms(screened.iter().map(|px| px[i])))

@@ -38,9 +38,7 @@ impl Totals {
     pub(super) fn add(&mut self, step: &Step) {
         let Step { offered, refused, witnessed, verdict, solved, alone, checked, .. } = step;
         self.matches += offered;
-        for (name, count) in refused {
-            *self.refused.entry(name).or_default() += count;
-        }
+        refused::add(&mut self.refused, refused);
         self.witnessed.add(witnessed);
         match verdict {
             Verdict::Accepted(how) => {
@@ -52,7 +50,7 @@ impl Totals {
                 *self.rejected.entry(refused::of_refusal(*why)).or_default() += 1;
             }
             Verdict::Failed(why) => {
-                *self.rejected.entry(refused::of_unsolved(*why)).or_default() += 1;
+                *self.rejected.entry(refused::snake_case(why)).or_default() += 1;
             }
         }
         self.alone.add(alone.and_then(|alone| alone.error));

@@ -37,9 +37,6 @@ const NUMBERS: usize = 12;
 
 /// Writes the trace; an older file is replaced. Angles in rad; unknown values are empty. If the run corrected a lens,
 /// each row also has the corrections. If it detected vibration, each row also has the vibration.
-///
-/// # Errors
-/// Names the file.
 pub fn write(path: &Path, steps: &[Step]) -> Result<()> {
     let write = || -> Result<()> {
         let mut file = csv::Writer::from_path(path)?;
