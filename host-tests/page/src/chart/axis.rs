@@ -32,7 +32,6 @@ pub struct Axis {
 
 impl Axis {
     /// Logarithmic, around all positive values, but over at most six decades below the largest, and a margin.
-    #[must_use]
     pub fn log(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = log_extremes(values);
         let margin = (0.06 * (high - low)).max(0.1);
@@ -42,7 +41,6 @@ impl Axis {
 
     /// Logarithmic, in whole decades around all positive values that are at most six decades below the largest. The
     /// least value is visibly above the start of the axis, where bars begin.
-    #[must_use]
     pub fn decades(values: impl Iterator<Item = f64>) -> Self {
         let (low, high) = log_extremes(values);
         let range = (low - LEAST_BAR).floor()..high.ceil();
@@ -50,7 +48,6 @@ impl Axis {
     }
 
     /// Linear, around all values.
-    #[must_use]
     pub fn linear(values: impl Iterator<Item = f64>) -> Self {
         let known = extremes(values.filter(|x| x.is_finite())).filter(|(low, high)| low < high);
         let (low, high) = known.unwrap_or((0.0, 1.0));
@@ -61,14 +58,12 @@ impl Axis {
     }
 
     /// Linear, over a range, with about so many ticks.
-    #[must_use]
     pub fn over(range: Range<f64>, ticks: f64) -> Self {
         let ticks = linear_ticks(&range, (range.end - range.start) / ticks);
         Self { range, ticks, log: false }
     }
 
     /// Groups of width 1, with their names in the middle.
-    #[must_use]
     pub fn groups(names: &[&str]) -> Self {
         let left = (0_u32..).map(f64::from);
         let ticks: Vec<_> =
@@ -78,13 +73,11 @@ impl Axis {
     }
 
     /// The least value shown.
-    #[must_use]
     pub fn floor(&self) -> f64 {
         if self.log { 10_f64.powf(self.range.start) } else { self.range.start }
     }
 
     /// Whether the value can be drawn: finite, and positive on a logarithmic axis.
-    #[must_use]
     pub fn shows(&self, value: f64) -> bool {
         value.is_finite() && (!self.log || value > 0.0)
     }
@@ -145,7 +138,6 @@ fn label(tick: f64) -> String {
 
 impl Axis {
     /// Position of a value between the ends of the axis, px; a value beyond the range is at the nearer end.
-    #[must_use]
     pub fn place(&self, value: f64, [start, end]: [f64; 2]) -> f64 {
         let value = if self.log { value.log10() } else { value };
         let Range { start: low, end: high } = self.range;
@@ -153,7 +145,6 @@ impl Axis {
     }
 
     /// Values of the ticks, and their labels.
-    #[must_use]
     pub fn ticks(&self) -> &[(f64, String)] {
         &self.ticks
     }

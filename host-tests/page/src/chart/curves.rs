@@ -27,7 +27,6 @@ const FEW_POINTS: usize = 20;
 const FILLED: [f64; 2] = [0.84, 0.88];
 
 /// Colour of a series: 0 is this project's method, 1 the best rival, 2 a third series; then they repeat.
-#[must_use]
 pub fn shade(i: usize) -> Color {
     super::palette::series([0, 1, 2][i % 3])
 }
@@ -74,14 +73,12 @@ pub struct Bars {
 }
 
 /// A chart of curves over one scale, with a logarithmic vertical axis.
-#[must_use]
 pub fn curves(title: &str, x: &Scale, curves: &[Curve]) -> String {
     let values = curves.iter().flat_map(|curve| &curve.points).filter_map(|(_, y)| *y);
     drawn(title, x, curves, &Axis::log(values))
 }
 
 /// A chart of shares, 0 to 1, over one scale, with a linear vertical axis.
-#[must_use]
 pub fn shares(title: &str, x: &Scale, curves: &[Curve]) -> String {
     drawn(title, x, curves, &Axis::linear([0.0, 1.0].into_iter()))
 }
@@ -118,7 +115,6 @@ fn draw_curve(plot: &mut Plot<'_>, curve: &Curve, axis: &Axis) {
 }
 
 /// A chart of bars in groups, with a logarithmic vertical axis.
-#[must_use]
 pub fn bars(title: &str, groups: &[&str], series: &[Bars]) -> String {
     let heights = series.iter().flat_map(|bars| bars.heights.iter().flatten().copied());
     let y_axis = Axis::decades(heights);
@@ -155,11 +151,7 @@ fn framed<'a>(svg: &'a mut Svg, name: &str, axes: [Axis; 2]) -> Plot<'a> {
     let [left, top, right] = MARGINS;
     let below = BELOW[usize::from(name.is_empty())];
     let mut plot = Plot::new(svg, [[left, top], [SIZE[0] - right, SIZE[1] - below]], axes);
-    if !name.is_empty() {
-        plot.grid_x();
-    }
-    plot.grid_y();
-    plot.border();
+    plot.frame(!name.is_empty());
     plot.label_x(name, TEXT);
     plot.label_y("", TEXT, 0.0);
     plot

@@ -9,4 +9,4 @@ mod svg;
 
 pub use axis::Axis;
 pub use plot::Plot;
-pub use svg::{Anchor, Point, Style, Svg, write};
+pub use svg::{Anchor, Point, Style, Svg};

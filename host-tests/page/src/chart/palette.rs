@@ -15,7 +15,6 @@ impl Rgb {
     pub const WHITE: Self = Self(255, 255, 255);
 
     /// `#RRGGBB`.
-    #[must_use]
     pub fn hex(self) -> String {
         let Self(r, g, b) = self;
         format!("#{r:02X}{g:02X}{b:02X}")
@@ -52,7 +51,6 @@ pub const SERIES: [Color; 10] = [
 ];
 
 /// The colour of a series; the colours repeat.
-#[must_use]
 pub fn series(i: usize) -> Color {
     SERIES[i % SERIES.len()]
 }
@@ -71,7 +69,6 @@ const VIRIDIS: [[u8; 3]; 9] = [
 ];
 
 /// Colour of a share, 0 (dark purple) to 1 (yellow), with uniform steps of lightness.
-#[must_use]
 pub fn viridis(share: f64) -> Rgb {
     let place = share.clamp(0.0, 1.0) * 8.0;
     let below = usize::from(place.to_u16()).min(7);

@@ -24,7 +24,6 @@ pub struct Plot<'a> {
 
 impl<'a> Plot<'a> {
     /// A plot between the top left and the bottom right corner, px.
-    #[must_use]
     pub fn new(
         svg: &'a mut Svg,
         [[left, top], [right, bottom]]: [Point; 2],
@@ -34,39 +33,31 @@ impl<'a> Plot<'a> {
     }
 
     /// The plot with values that grow downwards.
-    #[must_use]
     pub fn downwards(mut self) -> Self {
         self.upwards.reverse();
         self
     }
 
     /// Position of a value in the picture, px.
-    #[must_use]
     pub fn place(&self, [x, y]: Point) -> Point {
         let [x_axis, y_axis] = &self.axes;
         [x_axis.place(x, self.across), y_axis.place(y, self.upwards)]
     }
 
-    /// Vertical lines at the ticks of the horizontal axis.
-    pub fn grid_x(&mut self) {
-        for (tick, _) in self.axes[0].ticks() {
-            let x = self.axes[0].place(*tick, self.across);
-            self.svg.path(self.upwards.map(|y| [x, y]), Style::line(Rgb::BLACK, 1.0).opacity(GRID));
+    /// A border, and lines at the ticks of the vertical axis and, for `columns`, of the horizontal one.
+    pub fn frame(&mut self, columns: bool) {
+        let Self { svg, across, upwards, axes: [x_axis, y_axis] } = self;
+        let grid = Style::line(Rgb::BLACK, 1.0).opacity(GRID);
+        for (tick, _) in x_axis.ticks().iter().filter(|_| columns) {
+            let x = x_axis.place(*tick, *across);
+            svg.path(upwards.map(|y| [x, y]), grid);
         }
-    }
-
-    /// Horizontal lines at the ticks of the vertical axis.
-    pub fn grid_y(&mut self) {
-        for (tick, _) in self.axes[1].ticks() {
-            let y = self.axes[1].place(*tick, self.upwards);
-            self.svg.path(self.across.map(|x| [x, y]), Style::line(Rgb::BLACK, 1.0).opacity(GRID));
+        for (tick, _) in y_axis.ticks() {
+            let y = y_axis.place(*tick, *upwards);
+            svg.path(across.map(|x| [x, y]), grid);
         }
-    }
-
-    /// Draws a border.
-    pub fn border(&mut self) {
-        let corners = [[self.across[0], self.upwards[0]], [self.across[1], self.upwards[1]]];
-        self.svg.rectangle(corners, Style::line(Rgb::BLACK, 1.0).opacity(BORDER));
+        let corners = [[across[0], upwards[0]], [across[1], upwards[1]]];
+        svg.rectangle(corners, Style::line(Rgb::BLACK, 1.0).opacity(BORDER));
     }
 
     /// Labels of the ticks of the horizontal axis, and the name of the axis below them.
@@ -111,6 +102,14 @@ impl<'a> Plot<'a> {
     pub fn shape(&mut self, values: impl IntoIterator<Item = Point>, style: Style) {
         let points: Vec<Point> = values.into_iter().map(|value| self.place(value)).collect();
         self.svg.polygon(points, style);
+    }
+
+    /// The area between values and the start of the vertical axis.
+    pub fn band(&mut self, values: &[Point], style: Style) {
+        let floor = self.axes[1].floor();
+        let ends = values.first().zip(values.last());
+        let below = ends.map(|([first, _], [last, _])| [[*last, floor], [*first, floor]]);
+        self.shape(values.iter().copied().chain(below.into_iter().flatten()), style);
     }
 
     /// A rectangle between two opposite corners.

@@ -1,10 +1,6 @@
 //! SVG pictures: lines, areas, marks and words at pixels.
 
 use std::fmt::Write as _;
-use std::fs;
-use std::path::Path;
-
-use anyhow::{Context, Result};
 
 use super::palette::Rgb;
 
@@ -52,25 +48,21 @@ pub struct Svg {
 
 impl Style {
     /// A filled shape.
-    #[must_use]
     pub const fn filled(color: Rgb) -> Self {
         Self { color, opacity: 1.0, stroke: None, dashes: None }
     }
 
     /// A line of a width, px.
-    #[must_use]
     pub const fn line(color: Rgb, width: f64) -> Self {
         Self { color, opacity: 1.0, stroke: Some(width), dashes: None }
     }
 
     /// The style with an opacity, 0 to 1.
-    #[must_use]
     pub const fn opacity(self, opacity: f64) -> Self {
         Self { opacity, ..self }
     }
 
     /// The style with dashes and gaps of these lengths, px.
-    #[must_use]
     pub const fn dashed(self, dash: f64, gap: f64) -> Self {
         Self { dashes: Some([dash, gap]), ..self }
     }
@@ -94,20 +86,17 @@ impl Style {
 
 impl Svg {
     /// An empty, transparent picture of a size, px.
-    #[must_use]
     pub fn new(size: Point) -> Self {
         Self { size, body: String::new() }
     }
 
     /// The picture with a white background.
-    #[must_use]
     pub fn on_white(mut self) -> Self {
         self.rectangle([[0.0; 2], self.size], Style::filled(Rgb::WHITE));
         self
     }
 
     /// Width and height, px.
-    #[must_use]
     pub fn size(&self) -> Point {
         self.size
     }
@@ -197,7 +186,6 @@ impl Svg {
     }
 
     /// The text of the file.
-    #[must_use]
     pub fn finish(self) -> String {
         let [width, height] = self.size.map(Px);
         format!(
@@ -206,17 +194,6 @@ impl Svg {
             self.body
         )
     }
-}
-
-/// Writes a picture; missing folders are created, an existing file is replaced.
-///
-/// # Errors
-/// If a folder or the file cannot be written.
-pub fn write(path: &Path, svg: &str) -> Result<()> {
-    if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    }
-    fs::write(path, svg).with_context(|| format!("cannot write {}", path.display()))
 }
 
 /// A number with at most two decimals.

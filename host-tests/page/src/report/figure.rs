@@ -4,9 +4,8 @@ use base64::Engine;
 use base64::prelude::BASE64_STANDARD;
 use maud::{Markup, PreEscaped, html};
 
-use super::inline::inline;
+use super::inline::{inline, variable};
 use super::numbers::Csv;
-use super::theme::variable;
 use crate::chart::legend::Mark;
 use crate::chart::palette::{Color, SERIES};
 
@@ -52,7 +51,6 @@ pub struct Figure {
 
 impl Entry {
     /// An entry in one of the series' colours; black for `None`.
-    #[must_use]
     pub fn new(mark: Mark, color: Option<Color>, name: &str) -> Self {
         Self { mark, color, name: name.to_owned() }
     }

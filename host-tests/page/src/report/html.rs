@@ -1,23 +1,22 @@
 //! The page as HTML: style and script inside.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Result, ensure};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::figure::Figure;
+use super::inline::variable;
 use super::numbers::Csv;
 use super::page::{Block, Page, Section};
 use super::table::Table;
-use super::theme::variables;
+use crate::chart::palette::{Color, Rgb, SERIES};
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
 
 impl Page {
     /// The whole page.
-    #[must_use]
     pub fn html(&self) -> String {
         page(self).into_string()
     }
@@ -33,13 +32,11 @@ impl Page {
         for two in all.windows(2) {
             ensure!(two[0].name != two[1].name, "{} is written twice", two[0].link());
         }
-        fs::create_dir_all(dir).with_context(|| format!("cannot make {}", dir.display()))?;
         for numbers in &all {
             numbers.write(dir)?;
         }
         let path = dir.join("index.html");
-        fs::write(&path, self.html())
-            .with_context(|| format!("cannot write {}", path.display()))?;
+        crate::write(&path, &self.html())?;
         Ok(path)
     }
 }
@@ -78,6 +75,12 @@ fn page(page: &Page) -> Markup {
             }
         }
     }
+}
+
+/// The colours of all series, for one scheme of the page.
+fn variables(of: fn(&Color) -> Rgb) -> String {
+    let named = |(i, color)| format!("{}:{}", variable(i), of(color).hex());
+    SERIES.iter().enumerate().map(named).collect::<Vec<_>>().join(";")
 }
 
 fn anchor(section: usize) -> String {
@@ -144,6 +147,8 @@ fn caption(title: &str, caption: &str, command: &str, link: &str) -> Markup {
 
 #[cfg(test)]
 mod tests {
+    use std::fs;
+
     use super::*;
     use crate::report::{Cell, Picture};
 

@@ -3,7 +3,6 @@
 //! Charts have fixed colours and a fixed size. In a page, black becomes the colour of the text and white that of the
 //! page; series get other colours on a dark page; the picture shrinks with the page.
 
-use super::theme::variable;
 use crate::chart::palette::SERIES;
 
 /// An SVG picture for a page.
@@ -11,7 +10,6 @@ use crate::chart::palette::SERIES;
 /// * `label`: description for screen readers.
 ///
 /// Empty for text that is not an SVG picture.
-#[must_use]
 pub fn inline(svg: &str, label: &str) -> String {
     let Some((_, picture)) = svg.split_once("<svg ") else { return String::new() };
     let Some((attributes, body)) = picture.split_once('>') else { return String::new() };
@@ -27,6 +25,11 @@ pub fn inline(svg: &str, label: &str) -> String {
         of("viewBox").unwrap_or(&whole),
         recolored(body.trim_end())
     )
+}
+
+/// Name of the colour of a series in the style sheet of the page.
+pub(super) fn variable(i: usize) -> String {
+    format!("--s{i}")
 }
 
 fn recolored(body: &str) -> String {

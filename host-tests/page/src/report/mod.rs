@@ -8,9 +8,7 @@ mod html;
 mod inline;
 mod numbers;
 mod page;
-
 mod table;
-mod theme;
 
 pub use crate::chart::legend::Mark;
 pub use figure::{Entry, Figure, Picture};

@@ -1,9 +1,8 @@
 //! The numbers of a table or a figure, as a CSV file.
 
-use std::fs;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
 /// Rows under a heading; written as `csv/NAME.csv` beside the page.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -18,7 +17,6 @@ pub struct Csv {
 
 impl Csv {
     /// A table without rows.
-    #[must_use]
     pub fn new(name: &str, heading: &[&str]) -> Self {
         let heading = heading.iter().map(|&column| column.to_owned()).collect();
         Self { name: name.to_owned(), heading, rows: Vec::new() }
@@ -30,22 +28,14 @@ impl Csv {
     }
 
     /// Path of the file from the page.
-    #[must_use]
     pub fn link(&self) -> String {
         format!("csv/{}.csv", self.name)
     }
 
     pub(super) fn write(&self, dir: &Path) -> Result<()> {
-        let path = dir.join(self.link());
-        let write = || -> Result<()> {
-            fs::create_dir_all(dir.join("csv"))?;
-            let mut file = csv::Writer::from_path(&path)?;
-            file.write_record(&self.heading)?;
-            for row in &self.rows {
-                file.write_record(row)?;
-            }
-            Ok(file.flush()?)
-        };
-        write().with_context(|| format!("cannot write {}", path.display()))
+        let mut file = csv::Writer::from_writer(Vec::new());
+        file.write_record(&self.heading)?;
+        self.rows.iter().try_for_each(|row| file.write_record(row))?;
+        crate::write(&dir.join(self.link()), &String::from_utf8(file.into_inner()?)?)
     }
 }

@@ -46,7 +46,6 @@ pub enum Block {
 
 impl Page {
     /// A page without sections.
-    #[must_use]
     pub fn new(title: impl Into<String>, lead: impl Into<String>) -> Self {
         Self { title: title.into(), lead: lead.into(), sections: Vec::new() }
     }
@@ -54,7 +53,6 @@ impl Page {
 
 impl Section {
     /// An empty section.
-    #[must_use]
     pub fn new(title: impl Into<String>) -> Self {
         Self { title: title.into(), blocks: Vec::new() }
     }

@@ -40,7 +40,6 @@ pub struct Table {
 
 impl Cell {
     /// Words.
-    #[must_use]
     pub fn text(words: impl Into<String>) -> Self {
         let full = words.into();
         let class = if full.len() > LONG { "words" } else { "" };
@@ -48,21 +47,23 @@ impl Cell {
     }
 
     /// A number, shown with so many decimals and kept in full.
-    #[must_use]
     pub fn number(value: f64, decimals: usize) -> Self {
         let shown = format!("{value:.decimals$}");
         Self { shown, full: value.to_string(), number: Some(value), class: "number", hint: None }
     }
 
+    /// As [`Cell::number`]; for an unknown value a dash, and the reason on hovering.
+    pub fn known(value: Option<f64>, decimals: usize, why: &str) -> Self {
+        value.map_or_else(|| Self::missing("-", why), |value| Self::number(value, decimals))
+    }
+
     /// A whole number.
-    #[must_use]
     pub fn count(value: usize) -> Self {
         let number = u32::try_from(value).map_or(f64::INFINITY, f64::from);
         Self { full: value.to_string(), ..Self::number(number, 0) }
     }
 
     /// A cell without a value: it shows `shown`, and the reason on hovering.
-    #[must_use]
     pub fn missing(shown: &str, why: impl Into<String>) -> Self {
         let why = why.into();
         let full = format!("{shown}: {why}");
@@ -70,27 +71,23 @@ impl Cell {
     }
 
     /// Marks the cell as the best of its row.
-    #[must_use]
     pub fn best(self) -> Self {
         Self { class: "number best", ..self }
     }
 
     /// Greys the cell out, because it is not evidence.
-    #[must_use]
     pub fn faint(self) -> Self {
         let class = if self.number.is_some() { "number faint" } else { "faint" };
         Self { class, ..self }
     }
 
     /// Highlights the cell.
-    #[must_use]
     pub fn alarming(self) -> Self {
         let class = if self.class == "words" { "words alarm" } else { "alarm" };
         Self { class, ..self }
     }
 
     /// Adds a hint on hovering.
-    #[must_use]
     pub fn with_hint(self, hint: impl Into<String>) -> Self {
         Self { hint: Some(hint.into()), ..self }
     }
@@ -111,7 +108,6 @@ impl Cell {
 
 impl Table {
     /// A table without rows.
-    #[must_use]
     pub fn new(name: &str, heading: impl IntoIterator<Item = String>) -> Self {
         Self {
             name: name.to_owned(),
@@ -128,7 +124,6 @@ impl Table {
     }
 
     /// Sets the caption and the command that makes the table.
-    #[must_use]
     pub fn explained(self, caption: impl Into<String>, command: impl Into<String>) -> Self {
         Self { caption: caption.into(), command: command.into(), ..self }
     }

@@ -2,7 +2,7 @@
 
 use stereo_selfcal::Scalar;
 
-use super::replayed::Replayed;
+use super::Replayed;
 use crate::chart::palette::{Rgb, viridis};
 use crate::chart::{Style, Svg};
 use crate::report::{Csv, Figure, Picture, Section};

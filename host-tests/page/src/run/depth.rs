@@ -2,7 +2,7 @@
 
 use sim::run::{DEPTHS_M, Summary, metres};
 
-use super::replayed::Replayed;
+use super::Replayed;
 use crate::report::{Cell, Section, Table};
 
 /// `None` if depth is neither expected nor measured.
@@ -28,9 +28,7 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Option<Sect
         let at = |i: usize| at.map(|metres| metres.map(|metres| metres[i]));
         let [at_near, at_far] = [at(0), at(1)];
         let cells = both.into_iter().chain(at_near).chain(at_far);
-        let cells = cells.map(|value| {
-            value.map_or_else(|| Cell::missing("-", "not known"), |value| Cell::number(value, 3))
-        });
+        let cells = cells.map(|value| Cell::known(value, 3, "not known"));
         table.push([Cell::text(name)].into_iter().chain(cells).collect());
     };
     row("before", expected.map(|e| e.before_px), measured.map(|m| m.before_px));

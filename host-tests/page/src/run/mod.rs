@@ -5,23 +5,34 @@ mod depth;
 mod outcome;
 mod pair_by_pair;
 pub mod plot;
-mod replayed;
 mod rig;
 mod sphere;
 mod states;
 pub mod timeline;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-pub use replayed::Replayed;
 pub use sphere::{Estimates, Reach, sphere_figure};
 
 use crate::report::{Page, Section};
+use rigs::data::Dataset;
 use rigs::formats::Document;
-use sim::run::{Step, Summary};
+use sim::run::{DepthErrors, RunLog, Step, Summary};
+
+/// A replayed recording.
+#[derive(Debug, Clone, Copy)]
+pub struct Replayed<'a> {
+    /// The data set.
+    pub set: &'a Dataset,
+    /// Log of the replay.
+    pub log: &'a RunLog,
+    /// Measured error of depth, if true depths are known.
+    pub depth: Option<DepthErrors>,
+    /// The command that replays it.
+    pub command: &'a str,
+}
 
 impl Replayed<'_> {
     /// The page.
@@ -58,10 +69,7 @@ impl Replayed<'_> {
             let folder = dir.join("rig").join(format.to_string());
             // The page says why a format is missing.
             for Document { name, text } in documents.unwrap_or_default() {
-                let path = folder.join(name);
-                fs::create_dir_all(&folder)
-                    .and_then(|()| fs::write(&path, text))
-                    .with_context(|| format!("cannot write {}", path.display()))?;
+                crate::write(&folder.join(name), &text)?;
             }
         }
         page.write(dir)

@@ -3,7 +3,7 @@
 use stereo_selfcal::geometry::{LensCorrection, so3};
 use stereo_selfcal::{Extrinsics, State};
 
-use super::replayed::Replayed;
+use super::Replayed;
 use crate::report::{Cell, Section, Table};
 use rigs::data::{Meta, rows};
 use sim::run::{SCREEN_PX, Summary};
@@ -56,11 +56,7 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
         row("correction of the right k1", Cell::number(k1, 5), "");
     }
     let mut known = |name: &str, value: Option<f64>, factor: f64, decimals, unit: &str| {
-        let cell = value.map_or_else(
-            || Cell::missing("-", "no estimate"),
-            |value| Cell::number(value * factor, decimals),
-        );
-        row(name, cell, unit);
+        row(name, Cell::known(value.map(|x| x * factor), decimals, "no estimate"), unit);
     };
     known("standard deviation of R, reported", summary.sd_rotation, 1e3, 3, "mrad");
     known("standard deviation of t, reported", summary.sd_translation, 1e3, 3, "mrad");

@@ -1,6 +1,6 @@
 //! The run pair by pair: states, row offsets, errors and reported standard deviations.
 
-use super::replayed::Replayed;
+use super::Replayed;
 use super::states;
 use crate::chart::curves::{Curve, Line, Scale, curves};
 use crate::chart::palette::{Color, SERIES};
@@ -137,10 +137,7 @@ fn table(replayed: &Replayed<'_>, steps: &[Step]) -> Table {
     ];
     let mut table = Table::new("pairs", heading.map(Into::into));
     for (i, step) in steps.iter().enumerate() {
-        let number = |value: Option<f64>, decimals| {
-            let why = || Cell::missing("-", "not solved");
-            value.map_or_else(why, |value| Cell::number(value, decimals))
-        };
+        let number = |value: Option<f64>, decimals| Cell::known(value, decimals, "not solved");
         let solved = |of: fn(&Solved) -> f64| number(step.solved.as_ref().map(of), 3);
         let estimate = step.estimate.as_ref();
         table.push(vec![

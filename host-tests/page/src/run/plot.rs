@@ -10,7 +10,7 @@ use stereo_selfcal::outcome::StandardDeviations;
 
 use crate::chart::legend::{DOT, FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};
-use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
+use crate::chart::{Anchor, Axis, Plot, Point, Style, Svg};
 use rigs::data::Dataset;
 use sim::run::{RunLog, SCREEN_PX, Step, row_offsets_px};
 use sim::stats::{median, quantile};
@@ -56,7 +56,7 @@ const MIN_LIMIT_PX: f64 = 2.0;
 /// # Errors
 /// If the data set's cameras are not valid, or the file cannot be written.
 pub fn write_svg(path: &Path, set: &Dataset, log: &RunLog) -> Result<()> {
-    chart::write(path, &svg(set, log)?)
+    crate::write(path, &svg(set, log)?)
 }
 
 fn svg(set: &Dataset, log: &RunLog) -> Result<String> {
@@ -93,9 +93,7 @@ fn chart<'a>(
     let corners = [[left + before, top], [left + SIZE[0] / 2.0 - after, bottom]];
     let [(x, x_name), (y, y_name)] = axes;
     let mut plot = Plot::new(svg, corners, [x, y]);
-    plot.grid_x();
-    plot.grid_y();
-    plot.border();
+    plot.frame(true);
     if !x_name.is_empty() {
         plot.label_x(x_name, WORDS[2]);
     }
@@ -249,31 +247,13 @@ impl Curve {
         let drawn = self.singles.iter().chain(&self.running).chain(&self.reported);
         drawn.map(|[_, y]| *y).chain(self.reference)
     }
-
-    /// The band from the floor of the axis to the reported deviation.
-    fn band(&self, floor: f64) -> Vec<Point> {
-        let ends = self.reported.first().zip(self.reported.last());
-        let below = ends.map(|([first, _], [last, _])| [[*last, floor], [*first, floor]]);
-        self.reported.iter().copied().chain(below.into_iter().flatten()).collect()
-    }
 }
 
 fn draw_errors(svg: &mut Svg, left: f64, set: &Dataset, steps: &[Step]) {
+    let [t, r] = [("error of t, degrees", TRANSLATION), ("error of R, degrees", ROTATION)];
     let curves = [
-        Curve::new(
-            ("error of t, degrees", TRANSLATION),
-            steps,
-            |e| e.translation,
-            |sd| sd.translation,
-            set.meta.sigma_t_deg,
-        ),
-        Curve::new(
-            ("error of R, degrees", ROTATION),
-            steps,
-            |e| e.rotation,
-            |sd| sd.rotation,
-            set.meta.sigma_r_deg,
-        ),
+        Curve::new(t, steps, |e| e.translation, |sd| sd.translation, set.meta.sigma_t_deg),
+        Curve::new(r, steps, |e| e.rotation, |sd| sd.rotation, set.meta.sigma_r_deg),
     ];
     let legend = [
         (Mark::Line, "line: estimate from all pairs so far; dots: each pair alone"),
@@ -289,7 +269,7 @@ fn draw_errors(svg: &mut Svg, left: f64, set: &Dataset, steps: &[Step]) {
     for ((curve, height), x_name) in curves.into_iter().zip(heights).zip(["", "pair"]) {
         let axes = [(Axis::over(0.0..end, 8.0), x_name), (errors.clone(), curve.name)];
         let mut plot = chart(svg, left, height, axes);
-        plot.shape(curve.band(errors.floor()), Style::filled(curve.color).opacity(FILL / 2.0));
+        plot.band(&curve.reported, Style::filled(curve.color).opacity(FILL / 2.0));
         plot.dots(curve.singles, DOT, Style::filled(curve.color).opacity(FILL));
         plot.dots(curve.running.iter().copied(), 1.0, Style::filled(curve.color));
         plot.line(curve.running, Style::line(curve.color, 2.0));

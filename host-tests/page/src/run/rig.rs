@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::replayed::Replayed;
+use super::Replayed;
 use crate::report::Section;
 use rigs::formats::{Document, Format};
 

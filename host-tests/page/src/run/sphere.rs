@@ -55,7 +55,6 @@ pub struct Reach {
 
 impl Reach {
     /// The larger of both, so that figures to compare have one scale.
-    #[must_use]
     pub fn or(self, other: Self) -> Self {
         Self { t: self.t.max(other.t), v: self.v.max(other.v) }
     }
@@ -71,7 +70,6 @@ struct Directions {
 /// Four panels: `t^k` on the whole sphere and enlarged around the reference, and the same for `v^k`.
 ///
 /// * `name`: name of the CSV file; `reach`: distance from the reference that the enlarged panels show, rad.
-#[must_use]
 pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &str) -> Figure {
     let [t, v] = estimates.both();
     let mut panels = Vec::new();
@@ -105,7 +103,6 @@ pub fn sphere_figure(name: &str, estimates: &Estimates, reach: Reach, command: &
 
 impl Estimates {
     /// The reach of these estimates alone.
-    #[must_use]
     pub fn reach(&self) -> Reach {
         let [t, v] = self.both().map(|directions| directions.reach());
         Reach { t, v }
@@ -203,9 +200,7 @@ fn zoom(directions: &Directions, title: &str, reach: f64, (unit, factor): (&str,
     let [left, below] = LABELS;
     let corners = [[left, TITLE], [SIZE[0] - SIDES, SIZE[1] - below]];
     let mut plot = Plot::new(&mut svg, corners, axes).downwards();
-    plot.grid_x();
-    plot.grid_y();
-    plot.border();
+    plot.frame(true);
     plot.label_x(&format!("across, {unit}"), WORDS[1]);
     plot.label_y(&format!("down, {unit}"), WORDS[1], left - 10.0);
     directions.draw(&mut plot, unrolled);

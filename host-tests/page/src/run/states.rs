@@ -10,7 +10,7 @@ use sim::run::{Step, Verdict};
 const SIZE: Point = [640.0, 120.0];
 
 /// All drawn states with their colours; other states are not drawn.
-const STATES: [(State, palette::Color); 4] = [
+pub(super) const STATES: [(State, palette::Color); 4] = [
     (State::Acquiring, SERIES[7]),
     (State::Locked, SERIES[2]),
     (State::Suspect, SERIES[4]),

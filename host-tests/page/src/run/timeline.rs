@@ -6,9 +6,10 @@ use anyhow::Result;
 use stereo_selfcal::State;
 use stereo_selfcal::geometry::metrics::Deviation;
 
+use super::states::STATES;
 use crate::chart::legend::{FILL, Key, Mark};
 use crate::chart::palette::{Rgb, SERIES};
-use crate::chart::{self, Anchor, Axis, Plot, Point, Style, Svg};
+use crate::chart::{Anchor, Axis, Plot, Point, Style, Svg};
 
 const SIZE: Point = [1000.0, 440.0];
 const ROTATION: Rgb = SERIES[9].light;
@@ -41,11 +42,8 @@ pub struct TimelinePoint {
 /// Writes the picture as SVG; missing folders are created, an older file is replaced.
 ///
 /// * `knock`: number of the first pair after the knock, from 0; a line marks it.
-///
-/// # Errors
-/// If the file cannot be written.
 pub fn write_svg(path: &Path, title: &str, points: &[TimelinePoint], knock: usize) -> Result<()> {
-    chart::write(path, &svg(title, points, knock))
+    crate::write(path, &svg(title, points, knock))
 }
 
 fn svg(title: &str, points: &[TimelinePoint], knock: usize) -> String {
@@ -87,9 +85,7 @@ fn chart<'a>(
     knock: f64,
 ) -> Plot<'a> {
     let mut plot = Plot::new(svg, [[LEFT, top], [SIZE[0] - RIGHT, top + height]], axes);
-    plot.grid_x();
-    plot.grid_y();
-    plot.border();
+    plot.frame(true);
     plot.label_y(name, WORDS[1], LEFT - 14.0);
     let ends = [f64::MAX, f64::MIN_POSITIVE].map(|y| [knock, y]);
     plot.line(ends, Style::line(Rgb::BLACK, 1.0).dashed(4.0, 4.0));
@@ -115,22 +111,9 @@ fn draw_errors(
     let errors: Vec<_> = values(points, |point| Some(of(&point.error).to_degrees())).collect();
     let reported: Vec<_> = values(points, |point| Some(of(&point.sd?).to_degrees())).collect();
     let axis = Axis::decades(errors.iter().chain(&reported).map(|[_, y]| *y));
-    let floor = axis.floor();
     let mut plot = chart(svg, [top, CHART], [pairs.clone(), axis], name, knock);
-    let ends = reported.first().zip(reported.last());
-    let below = ends.map(|([first, _], [last, _])| [[*last, floor], [*first, floor]]);
-    let band = reported.iter().copied().chain(below.into_iter().flatten());
-    plot.shape(band, Style::filled(color).opacity(FILL / 2.0));
+    plot.band(&reported, Style::filled(color).opacity(FILL / 2.0));
     plot.line(errors, Style::line(color, 2.0));
-}
-
-fn color(state: State) -> Rgb {
-    match state {
-        State::Locked => SERIES[2].light,
-        State::Suspect => SERIES[4].light,
-        State::Lost => SERIES[1].light,
-        _ => SERIES[7].light,
-    }
 }
 
 fn draw_states(svg: &mut Svg, top: f64, pairs: &Axis, points: &[TimelinePoint], knock: f64) {
@@ -140,15 +123,15 @@ fn draw_states(svg: &mut Svg, top: f64, pairs: &Axis, points: &[TimelinePoint], 
     for run in points.chunk_by(|a, b| a.state == b.state) {
         // A rectangle reaches from the first pair of a state to the first pair of the next state.
         let to = from + count(run);
-        let color = color(run[0].state);
+        let color = STATES.iter().find(|(state, _)| *state == run[0].state);
+        let color = color.map_or(Rgb::BLACK, |(_, color)| color.light);
         let corners = [[from, 0.0], [to, 1.0]];
         plot.rectangle(corners, Style::filled(color).opacity(FILL));
         plot.rectangle(corners, Style::line(color, 1.0));
         from = to;
     }
     plot.label_x("pair", WORDS[1]);
-    let states = [State::Acquiring, State::Locked, State::Suspect, State::Lost];
-    let states = states.map(|state| (Mark::Bars, color(state), state.to_string()));
+    let states = STATES.map(|(state, color)| (Mark::Bars, color.light, state.to_string()));
     let drawn = [
         (Mark::Line, ROTATION, "error of the extrinsics in use".to_owned()),
         (Mark::Bars, ROTATION, "standard deviation that the estimate reports".to_owned()),
