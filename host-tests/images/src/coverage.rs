@@ -2,10 +2,9 @@
 
 use rigs::data::{Dataset, Match};
 use serde::Serialize;
-use sim::run::Estimate;
-use stereo_selfcal::Cameras;
-use stereo_selfcal::batch::row_offset;
-use stereo_selfcal::geometry::RectifyingRotations;
+use sim::run::{Estimate, offsets};
+use stereo_selfcal::Calibration;
+use stereo_selfcal::geometry::LensCorrection;
 
 /// Names of the rows and columns of cells of an image.
 const ROWS: [&str; 3] = ["upper", "middle", "lower"];
@@ -48,14 +47,12 @@ pub struct Coverage {
 
 impl Coverage {
     /// Counts the matches in row under an estimate; `None` if the rig is not valid.
-    #[must_use]
     pub fn of(set: &Dataset, estimate: &Estimate) -> Option<Self> {
-        let cameras: Cameras<f64> = set.cameras().ok()?;
-        let rotations = RectifyingRotations::from(&estimate.extrinsics);
+        let calibration = set.meta.calibration(&estimate.extrinsics, &LensCorrection::NONE).ok()?;
         let sizes = set.meta.sizes().map(|size| size.map(f64::from));
         let mut cells = [[[Cell::default(); 3]; 3]; 2];
         for m in set.pairs.iter().flatten() {
-            let Some(depth) = depth(&cameras, &rotations, m) else { continue };
+            let Some(depth) = depth(&calibration, m) else { continue };
             for (side, place) in [[m.ul, m.vl], [m.ur, m.vr]].into_iter().enumerate() {
                 let cell = |i: usize| (((place[i] + 0.5) / sizes[side][i] * 3.0) as usize).min(2);
                 let cell = &mut cells[side][cell(1)][cell(0)];
@@ -74,16 +71,10 @@ impl Coverage {
 }
 
 /// Depth of a match, baselines; infinite without a positive disparity. `None` if the match has no ray or is not in row.
-fn depth(cameras: &Cameras<f64>, rotations: &RectifyingRotations<f64>, m: &Match) -> Option<f64> {
-    let rays = cameras.rays(&m.correspondence()).ok()?;
-    let offset: f64 = row_offset(rotations, &rays)?;
-    if offset.abs() * cameras.mean_focal() > IN_ROW_PX {
-        return None;
-    }
-    let left = rotations.left() * cameras.left.ray([m.ul, m.vl]).ok()?.push(1.0);
-    let right = rotations.right() * cameras.right.ray([m.ur, m.vr]).ok()?.push(1.0);
-    let disparity = left.x / left.z - right.x / right.z;
-    Some(if disparity > 0.0 { 1.0 / disparity } else { f64::INFINITY })
+fn depth(calibration: &Calibration<f64>, m: &Match) -> Option<f64> {
+    let [disparity, row, _] = offsets(calibration, m)?;
+    let in_row = row.abs() * calibration.cameras.mean_focal() <= IN_ROW_PX;
+    in_row.then_some(if disparity > 0.0 { 1.0 / disparity } else { f64::INFINITY })
 }
 
 /// Missing coverage and advice, in words.

@@ -41,13 +41,7 @@ impl Shift {
     /// # Errors
     /// If the source cannot be read.
     pub fn look(source: &Source, matcher: &Matcher) -> Result<Option<Self>> {
-        let mut pairs: Vec<[Frame; 2]> = Vec::new();
-        source.read(&mut |item| {
-            if let Item::Pair(pair) = item {
-                pairs.push(pair);
-            }
-            if pairs.len() < PAIRS { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        })?;
+        let pairs = first_pairs(source, PAIRS)?;
         if pairs.len() < LEAST {
             return Ok(None);
         }
@@ -79,18 +73,23 @@ impl Shift {
 /// # Errors
 /// If the source cannot be read.
 pub fn fits(source: &Source, matchers: [&Matcher; 2]) -> Result<[usize; 2]> {
-    let mut pairs: Vec<[Frame; 2]> = Vec::new();
-    source.read(&mut |item| {
-        if let Item::Pair(pair) = item {
-            pairs.push(pair);
-        }
-        if pairs.len() < LEAST { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-    })?;
+    let pairs = first_pairs(source, LEAST)?;
     let of = |matcher: &Matcher| {
         let all: Vec<Vec<Match>> = pairs.par_iter().map(|[l, r]| matches(matcher, l, r)).collect();
         in_agreement(matcher, &all)
     };
     Ok(matchers.map(of))
+}
+
+fn first_pairs(source: &Source, most: usize) -> Result<Vec<[Frame; 2]>> {
+    let mut pairs = Vec::new();
+    source.read(&mut |item| {
+        if let Item::Pair(pair) = item {
+            pairs.push(pair);
+        }
+        if pairs.len() < most { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+    })?;
+    Ok(pairs)
 }
 
 fn matches(matcher: &Matcher, left: &Frame, right: &Frame) -> Vec<Match> {

@@ -43,18 +43,12 @@ impl Picture {
         Ok(Self(Image::new(ImageSize { width, height }, pixels)?))
     }
 
-    /// Reads a PNG, JPEG, PGM, TIFF, BMP or WebP file of 8 or 16 bits as stored; colours become grey.
-    ///
-    /// # Errors
-    /// Names the file.
+    /// Reads a PNG, JPEG, PGM, TIFF, BMP or `WebP` file of 8 or 16 bits as stored; colours become grey.
     pub fn read(path: &Path) -> Result<Self> {
         Ok(Self::read_with_orientation(path)?.0)
     }
 
     /// As [`Picture::read`], with the orientation from the EXIF data of the file.
-    ///
-    /// # Errors
-    /// Names the file.
     pub fn read_with_orientation(path: &Path) -> Result<(Self, Orientation)> {
         let name = path.display();
         let bytes = std::fs::read(path).with_context(|| format!("cannot read {name}"))?;
@@ -72,7 +66,6 @@ impl Picture {
     }
 
     /// Turns or mirrors the picture as its EXIF orientation says.
-    #[must_use]
     pub fn turned(self, orientation: Orientation) -> Self {
         if orientation == Orientation::NoTransforms {
             return self;
@@ -101,9 +94,6 @@ impl Picture {
     }
 
     /// Resampled to another size with a triangle filter, which averages over the area of a pixel.
-    ///
-    /// # Errors
-    /// As [`Picture::try_new`].
     pub fn resized(&self, size: [u16; 2]) -> Result<Self> {
         let [width, height] = self.size().map(u32::from);
         let grey = image::GrayImage::from_raw(width, height, self.pixels().to_vec())
@@ -114,9 +104,6 @@ impl Picture {
     }
 
     /// Any decoded image as grey of 8 bits.
-    ///
-    /// # Errors
-    /// As [`Picture::try_new`].
     pub fn of(image: DynamicImage) -> Result<Self> {
         let size = [image.width(), image.height()].map(|n| n as usize);
         let pixels = match image {
@@ -131,21 +118,16 @@ impl Picture {
     }
 
     /// From rows of 16-bit pixels, top first. The brightest pixels become white, whatever the bit depth of the camera.
-    ///
-    /// # Errors
-    /// As [`Picture::try_new`].
     pub fn of_16_bits(size: [usize; 2], pixels: &[u16]) -> Result<Self> {
         Self::try_new(size, narrowed(pixels))
     }
 
     /// Width and height, px.
-    #[must_use]
     pub fn size(&self) -> [u16; 2] {
         [self.0.width(), self.0.height()].map(|n| u16::try_from(n).unwrap_or(u16::MAX))
     }
 
     /// Rows of pixels, top first.
-    #[must_use]
     pub fn pixels(&self) -> &[u8] {
         self.0.as_slice()
     }
@@ -159,7 +141,6 @@ impl Picture {
     }
 
     /// Whether the picture shows nothing: all pixels have almost the same grey value, as with a cap on the lens.
-    #[must_use]
     pub fn is_blank(&self) -> bool {
         let (least, most) = self
             .pixels()

@@ -52,7 +52,6 @@ impl Skip {
         [Self::Alone, Self::Unreadable, Self::Size, Self::Blank, Self::Exchanged];
 
     /// Description that follows a number.
-    #[must_use]
     pub fn words(self) -> &'static str {
         match self {
             Self::Alone => "without a partner",
@@ -88,7 +87,6 @@ impl First {
     /// Width and height of the left and the right image, px.
     ///
     /// * `upright`: for each side, whether its image is turned by its EXIF orientation.
-    #[must_use]
     pub fn sizes_if(&self, upright: [bool; 2]) -> [[u16; 2]; 2] {
         [0, 1].map(|side| {
             let [w, h] = self.sizes[side];

@@ -39,7 +39,6 @@ impl Change {
     }
 
     /// A change of scale alone.
-    #[must_use]
     pub fn scaled(from: [u16; 2], to: [u16; 2]) -> Self {
         Self {
             offset: [0.0; 2],
@@ -49,7 +48,6 @@ impl Change {
     }
 
     /// A crop from the middle.
-    #[must_use]
     pub fn centre(from: [u16; 2], to: [u16; 2]) -> Self {
         let offset = [0, 1].map(|i| ((f64::from(from[i]) - f64::from(to[i])) / 2.0).floor());
         Self { offset, scale: [1.0; 2], size: to }
@@ -65,7 +63,6 @@ impl Change {
 }
 
 /// The rig of changed images, left and right.
-#[must_use]
 pub fn changed(meta: &Meta, [left, right]: [Change; 2]) -> Meta {
     let [_, lens] = meta.lenses();
     let mut changed =

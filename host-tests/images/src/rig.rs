@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail, ensure};
 use exif::{In, Tag, Value};
-use rigs::data::{LensModel, Meta};
+use rigs::data::Meta;
 use rigs::formats::Unknowns;
 use rigs::read_rig;
 
@@ -182,26 +182,8 @@ fn guess(focal: f64, sizes: [[u16; 2]; 2], from: &str) -> FoundRig {
         let [cx, cy] = size.map(|n| (f64::from(n) - 1.0) / 2.0);
         [[focal, 0.0, cx], [0.0, focal, cy], [0.0, 0.0, 1.0]]
     };
-    let [[width, height], right] = sizes;
-    let meta = Meta {
-        k_l: k(sizes[0]),
-        k_r: k(right),
-        dist_l: vec![0.0; 5],
-        dist_r: vec![0.0; 5],
-        lens: LensModel::RadialTangential,
-        lens_r: None,
-        width,
-        height,
-        size_r: (right != sizes[0]).then_some(right),
-        r: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        t: [-1.0, 0.0, 0.0],
-        baseline_m: None,
-        source: format!("a guess: focal length {focal:.0} px ({from})"),
-        license: String::new(),
-        sigma_r_deg: None,
-        sigma_t_deg: None,
-        other: serde_json::Map::new(),
-    };
+    let source = format!("a guess: focal length {focal:.0} px ({from})");
+    let meta = Meta::side_by_side(sizes.map(k), sizes, source);
     let note = format!(
         "THE RIG IS A GUESS: focal length {focal:.0} px ({from}) for both cameras, principal points in the middle, no \
          distortion, side by side. Row offsets, and roll and pitch between the cameras, can be used to line up rows. \

@@ -9,9 +9,9 @@ use std::fmt;
 use anyhow::{Context, Result};
 use rigs::data::{Dataset, Match, Meta};
 use serde::Serialize;
-use sim::run::{SCREEN_PX, replay, row_offsets_px};
+use sim::run::{SCREEN_PX, offsets, replay, row_offsets_px};
 use sim::stats::{mean, median, rms};
-use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations};
+use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::{Calibration, Config, Extrinsics};
 
 /// Largest row offset of a match that counts for coverage, px.
@@ -138,14 +138,8 @@ impl Scores {
 }
 
 fn calibration(candidate: &Candidate) -> Result<Calibration<f64>> {
-    let set = Dataset {
-        name: String::new(),
-        meta: candidate.rig.clone(),
-        pairs: Vec::new(),
-        rigs: Vec::new(),
-    };
-    let extrinsics = candidate.rig.extrinsics().with_context(|| candidate.name.clone())?;
-    set.calibration(&extrinsics, &LensCorrection::NONE).with_context(|| candidate.name.clone())
+    let read = || candidate.rig.calibration(&candidate.rig.extrinsics()?, &LensCorrection::NONE);
+    read().with_context(|| candidate.name.clone())
 }
 
 /// A scored match: numbers of its pair and of the match in the pair.
@@ -203,11 +197,7 @@ fn coverage(set: &Dataset, offsets: &[Vec<Option<f64>>]) -> f64 {
 
 /// Disparity of a match at unit depth; its inverse is the depth in baselines. `None` unless it is positive.
 fn disparity(calibration: &Calibration<f64>, m: &Match) -> Option<f64> {
-    let rotations = RectifyingRotations::from(&calibration.extrinsics);
-    let left = calibration.cameras.left.ray([m.ul, m.vl]).ok()?.push(1.0);
-    let right = calibration.cameras.right.ray([m.ur, m.vr]).ok()?.push(1.0);
-    let [l, r] = [rotations.left() * left, rotations.right() * right];
-    Some(l.x / l.z - r.x / r.z).filter(|d| *d > 0.0)
+    offsets(calibration, m).map(|[disparity, ..]| disparity).filter(|d| *d > 0.0)
 }
 
 fn depth_off(

@@ -229,13 +229,11 @@ impl Session {
     }
 
     /// Number of items skipped for a reason.
-    #[must_use]
     pub fn count(&self, kind: Skip) -> usize {
         self.skipped.get(&kind).copied().unwrap_or(0)
     }
 
     /// The skipped items in words; may be empty.
-    #[must_use]
     pub fn skipped_in_words(&self) -> String {
         let all = Skip::ALL.into_iter().map(|kind| (self.count(kind), kind.words()));
         let words = all.filter(|(count, _)| *count > 0).map(|(n, words)| format!("{n} {words}"));

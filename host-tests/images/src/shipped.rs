@@ -26,13 +26,11 @@ impl ShippedImages {
     pub const ALL: &[Self] = Self::VARIANTS;
 
     /// The images with this name, unless a file or a folder has the same name.
-    #[must_use]
     pub fn named(place: &Path) -> Option<Self> {
         place.to_str()?.parse().ok().filter(|_| !place.exists())
     }
 
     /// Left and right file of each pair.
-    #[must_use]
     pub fn files(self) -> Vec<[PathBuf; 2]> {
         let images = Dataset::shipped().join("images");
         let names: Vec<[String; 2]> = match self {
@@ -48,7 +46,6 @@ impl ShippedImages {
     }
 
     /// Name of the data set of SIFT matches in the same images, which has their rig.
-    #[must_use]
     pub fn set(self) -> &'static str {
         match self {
             Self::Chess => "opencv_chess_sift",

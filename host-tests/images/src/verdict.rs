@@ -37,7 +37,6 @@ pub enum Verdict {
 
 impl Verdict {
     /// Exit status of `selfcal check`; 1 stands for an error.
-    #[must_use]
     pub fn status(self) -> u8 {
         match self {
             Self::Good => 0,

@@ -108,7 +108,6 @@ pub struct Matched {
 
 impl Matched {
     /// Whether left and right are exchanged: nearly all disparities are negative.
-    #[must_use]
     pub fn is_exchanged(&self) -> bool {
         let [positive, negative] = self.signs;
         let (least, share) = EXCHANGED;
@@ -143,7 +142,6 @@ impl Work {
 
 impl Matcher {
     /// A matcher for these cameras; the first search follows the rows of these extrinsics.
-    #[must_use]
     pub fn new(cameras: Cameras<f64>, extrinsics: &Extrinsics<f64>, config: MatcherConfig) -> Self {
         Self { cameras, extrinsics: *extrinsics, config, alike: None }
     }
@@ -212,7 +210,6 @@ impl Matcher {
     }
 
     /// Number of matches within `px` of their rows under these extrinsics.
-    #[must_use]
     pub fn in_row(&self, matches: &[Match], extrinsics: &Extrinsics<f64>, px: f64) -> usize {
         let rotations = RectifyingRotations::from(extrinsics);
         let offset =
@@ -244,7 +241,6 @@ impl Matcher {
     }
 
     /// Extrinsics estimated from the matches of one pair; `None` unless enough of them fit.
-    #[must_use]
     pub fn rows(&self, matches: &[Match]) -> Option<Extrinsics<f64>> {
         let factory = FactoryCalibration::new(self.cameras, self.extrinsics);
         let mut calibrator = Box::new(Calibrator::<f64, ROOM>::new(Config::robust(), &factory));
@@ -294,6 +290,9 @@ impl Matcher {
 }
 
 /// The image and its repeated halvings, at most [`HALVINGS`], while the shorter side holds four windows.
+///
+/// # Errors
+/// If a level cannot be computed.
 pub fn halved(picture: &Picture) -> Result<Halved> {
     let mut levels = vec![picture.clone()];
     while levels.len() <= HALVINGS {

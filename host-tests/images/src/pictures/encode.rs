@@ -34,9 +34,6 @@ const TILE: u32 = 360;
 const GAP: u32 = 6;
 
 /// Disparities in colour, dark blue for far and yellow for near; grey without a disparity.
-///
-/// # Errors
-/// If the picture cannot be encoded.
 pub fn disparity_picture(rectification: &Rectification) -> Result<Picture> {
     jpeg(&disparity_image(rectification)).context("cannot encode the disparities")
 }
@@ -53,9 +50,6 @@ fn disparity_image(rectification: &Rectification) -> RgbImage {
 
 /// Left and right image side by side, with level lines over both, and matches: a dot at either end, and a level line
 /// from the left dot on which the right dot should lie.
-///
-/// # Errors
-/// If the picture cannot be encoded.
 pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
     jpeg(&pair_image(rectification)).context("cannot encode the pair")
 }
@@ -87,9 +81,6 @@ fn pair_image(rectification: &Rectification) -> RgbImage {
 }
 
 /// One pair under two rectifications, a row of tiles each: left image, right image, disparities. JPEG.
-///
-/// # Errors
-/// If the picture cannot be encoded.
 pub fn before_and_after(rows: [&Rectification; 2]) -> Result<Vec<u8>> {
     let [width, height] = rows[0].images[0].size().map(u32::from);
     let high = height * TILE / width;
@@ -119,7 +110,6 @@ fn jpeg(image: &RgbImage) -> Result<Picture> {
 }
 
 /// Placeholder for a missing rectified pair.
-#[must_use]
 pub fn missing_picture(size: [u16; 2], words: &str) -> Picture {
     let [width, height] = size.map(f64::from);
     let mut svg = Svg::new([width, height]);

@@ -45,7 +45,6 @@ pub struct Rectification {
 
 impl StereoImages {
     /// Row offset of a match, px of the camera's image; `None` if it has no ray, or no row.
-    #[must_use]
     pub fn offset_px(&self, extrinsics: &Extrinsics<f64>, m: &Match) -> Option<f64> {
         let rays: RayPair<f64> = self.cameras.rays(&m.correspondence()).ok()?;
         let offset = row_offset(&RectifyingRotations::from(extrinsics), &rays)?;
@@ -53,7 +52,6 @@ impl StereoImages {
     }
 
     /// Indices of the matches within [`SCREEN_PX`] of their rows.
-    #[must_use]
     pub fn in_row(&self, extrinsics: &Extrinsics<f64>) -> Vec<usize> {
         let fits = |i: &usize| {
             let offset = self.offset_px(extrinsics, &self.matches[*i]);
@@ -63,7 +61,6 @@ impl StereoImages {
     }
 
     /// Median row offset of some matches, px of the camera's image; `None` if none has a row.
-    #[must_use]
     pub fn median_px(&self, extrinsics: &Extrinsics<f64>, kept: &[usize]) -> Option<f64> {
         let offset = |&i: &usize| self.offset_px(extrinsics, &self.matches[i]).map(f64::abs);
         median(kept.iter().filter_map(offset))
@@ -71,7 +68,6 @@ impl StereoImages {
 
     /// Range of disparities that contains 95 % of some matches plus a margin of an eighth: a multiple of 16, at most
     /// `most`, px. `None` without a match or without a common view.
-    #[must_use]
     pub fn range(&self, extrinsics: &Extrinsics<f64>, kept: &[usize], most: u16) -> Option<u16> {
         let rotations = RectifyingRotations::from(extrinsics);
         let camera = RectifiedCamera::try_choose(&self.cameras, &rotations, 0.0).ok()?;
@@ -128,7 +124,6 @@ impl StereoImages {
 
 impl Rectification {
     /// Share of the left pixels whose disparity from the left image agrees with that from the right.
-    #[must_use]
     pub fn found(&self) -> f64 {
         self.disparities.valid_share(&self.images[0])
     }

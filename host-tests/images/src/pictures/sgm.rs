@@ -39,7 +39,6 @@ impl Disparities {
     /// Disparities of a rectified pair, from 0 to below `range`, px.
     ///
     /// Both images must have the same size: rows beyond the right image have no disparity.
-    #[must_use]
     pub fn of(left: &Grey, right: &Grey, range: u16) -> Self {
         let range = usize::from(range.max(1));
         let width = left.width();
@@ -51,7 +50,6 @@ impl Disparities {
     }
 
     /// Share of the seen pixels of the left image that have a disparity, 0 to 1.
-    #[must_use]
     pub fn valid_share(&self, left: &Grey) -> f64 {
         let seen = left.pixels().iter().flatten().count();
         let valid = self.pixels.iter().flatten().count();
@@ -60,7 +58,6 @@ impl Disparities {
 }
 
 /// `part / whole`; 0 if `whole` is 0.
-#[must_use]
 pub fn share(part: usize, whole: usize) -> f64 {
     let count = |n: usize| u32::try_from(n).map_or(f64::INFINITY, f64::from);
     if whole == 0 { 0.0 } else { count(part) / count(whole) }

@@ -8,7 +8,6 @@ use stereo_selfcal::{Camera, Scalar};
 use super::grey::Grey;
 
 /// An image of that size whose pixel at `q` is the bilinear value of `image` at `source(q)`.
-#[must_use]
 pub fn warp(
     image: &Grey,
     size: [u16; 2],
@@ -28,7 +27,6 @@ pub fn warp(
 }
 
 /// The image of the camera after a rotation: `p' = Rot p` (see [`TurnedView`](rigs::data::TurnedView)).
-#[must_use]
 pub fn turned(image: &Grey, camera: &Camera<f64>, rotation: &Matrix3<f64>) -> Grey {
     let back = rotation.transpose();
     warp(image, image.size(), |pixel| {
@@ -41,7 +39,6 @@ pub fn turned(image: &Grey, camera: &Camera<f64>, rotation: &Matrix3<f64>) -> Gr
 ///
 /// * `rotation`: rotation of this camera's frame into the rectified one.
 /// * `size`: size of the rectified image, px; that of the left image for both.
-#[must_use]
 pub fn rectified(
     image: &Grey,
     camera: &Camera<f64>,
@@ -53,14 +50,12 @@ pub fn rectified(
 }
 
 /// The ray of a rectified pixel, at unit depth.
-#[must_use]
 pub fn ray_of(target: &RectifiedCamera<f64>, [u, v]: [f64; 2]) -> Vector3<f64> {
     let [cx, cy] = target.principal;
     Vector3::new((u - cx) / target.focal, (v - cy) / target.focal, 1.0)
 }
 
 /// Position in the image of a point of the camera's frame; `None` behind the camera or beyond the lens model.
-#[must_use]
 pub fn projected(camera: &Camera<f64>, p: Vector3<f64>) -> Option<[f64; 2]> {
     if p.z <= 0.0 {
         return None;

@@ -1,4 +1,7 @@
 //! Sources of image pairs: folders, data sets, bags.
+//!
+//! A new kind of bag: a module with a function `messages`, and a case in `bag::messages`. A new layout of folders: a row
+//! in `layout`.
 
 mod bag;
 mod folders;
@@ -8,6 +11,7 @@ mod message;
 mod names;
 mod partners;
 mod rosbag;
+mod topics;
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -20,10 +24,13 @@ use rigs::data::Meta;
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
 
+use bag::Bag;
+use message::Encoding;
 use partners::PairedFiles;
 
-pub use bag::{Infos, Topics, Wanted};
+pub use bag::Infos;
 pub use message::ImageMessage;
+pub use topics::Wanted;
 
 /// An image that is not decoded yet.
 #[derive(Debug, Clone)]
@@ -43,25 +50,21 @@ enum From {
 
 impl Frame {
     /// An image file as stored.
-    #[must_use]
     pub fn file(path: PathBuf) -> Self {
         Self { from: From::File(path), half: None, upright: false }
     }
 
     /// A message of a bag.
-    #[must_use]
     pub fn message(message: ImageMessage) -> Self {
         Self { from: From::Message(message), half: None, upright: false }
     }
 
     /// The left (0) or the right (1) half of the image.
-    #[must_use]
     pub fn half(self, side: usize) -> Self {
         Self { half: Some(side), ..self }
     }
 
     /// Path of the image; `None` for a message.
-    #[must_use]
     pub fn path(&self) -> Option<&Path> {
         match &self.from {
             From::File(path) => Some(path),
@@ -78,9 +81,6 @@ impl Frame {
     }
 
     /// Reads and decodes the image, and returns its EXIF orientation, whether it was applied or not.
-    ///
-    /// # Errors
-    /// As [`Frame::picture`].
     pub fn picture_and_turn(&self) -> Result<(Picture, Orientation)> {
         let (picture, orientation) = match &self.from {
             From::File(path) => Picture::read_with_orientation(path)?,
@@ -152,8 +152,7 @@ pub enum RigOf {
 #[derive(Debug)]
 enum Kind {
     Files { found: PairedFiles, side_by_side: bool },
-    Mcap { file: PathBuf, topics: Topics },
-    Rosbag { file: PathBuf, topics: Topics },
+    Bag(Bag),
 }
 
 /// Ratio of width to height from which on a picture counts as two side by side: above cinema formats, and below two
@@ -193,7 +192,7 @@ impl Source {
     fn new(name: String, rig: RigOf, kind: Kind, tolerance_s: f64) -> Self {
         let count = match &kind {
             Kind::Files { found, .. } => Some(found.pairs.len()),
-            _ => None,
+            Kind::Bag(_) => None,
         };
         Self { name, rig, cameras: None, count, upright: [false; 2], tolerance_s, kind }
     }
@@ -213,27 +212,15 @@ impl Source {
             place.display(),
             ShippedImages::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
         );
-        let file = place.to_path_buf();
         let name = place.display().to_string();
+        let bag = |encoding| -> Result<Self> {
+            let (bag, infos) = Bag::open(place, encoding, wanted)?;
+            let rig = RigOf::Infos(Box::new(infos));
+            Ok(Self::new(name.clone(), rig, Kind::Bag(bag), tolerance_s))
+        };
         match extension {
-            "mcap" => {
-                let (topics, infos) = mcap::look(place, wanted)?;
-                Ok(Self::new(
-                    name,
-                    RigOf::Infos(Box::new(infos)),
-                    Kind::Mcap { file, topics },
-                    tolerance_s,
-                ))
-            }
-            "bag" => {
-                let (topics, infos) = rosbag::look(place, wanted)?;
-                Ok(Self::new(
-                    name,
-                    RigOf::Infos(Box::new(infos)),
-                    Kind::Rosbag { file, topics },
-                    tolerance_s,
-                ))
-            }
+            "mcap" => bag(Encoding::Cdr),
+            "bag" => bag(Encoding::Packed),
             "db3" => bail!(
                 "{name}: a bag of SQLite: convert it (ros2 bag convert -i {name} -o with storage_id mcap), and give the *.mcap"
             ),
@@ -286,12 +273,11 @@ impl Source {
     }
 
     /// The chosen topics, or that pictures are halved, in words; `None` for plain left and right files.
-    #[must_use]
     pub fn choice(&self) -> Option<String> {
         match &self.kind {
-            Kind::Mcap { topics, .. } | Kind::Rosbag { topics, .. } => {
-                let [left, right] = &topics.0;
-                Some(if topics.is_side_by_side() {
+            Kind::Bag(bag) => {
+                let [left, right] = &bag.topics.0;
+                Some(if bag.topics.is_side_by_side() {
                     format!("topic {}: left and right halves", left.name)
                 } else {
                     format!("topics: left {}, right {}", left.name, right.name)
@@ -305,11 +291,10 @@ impl Source {
     }
 
     /// Why the source has no pairs, in words, with the difference of the nearest time stamps.
-    #[must_use]
     pub fn without_pairs(&self) -> String {
         let nearest = match &self.kind {
             Kind::Files { found, .. } => found.nearest_s.filter(|s| *s < FAR_S),
-            _ => self.nearest_stamps(),
+            Kind::Bag(_) => self.nearest_stamps(),
         };
         let Some(seconds) = nearest else {
             return format!(
@@ -367,8 +352,7 @@ impl Source {
                 }
                 Ok(())
             }
-            Kind::Mcap { file, topics } => mcap::read(file, topics, tolerance_s, take),
-            Kind::Rosbag { file, topics } => rosbag::read(file, topics, tolerance_s, take),
+            Kind::Bag(bag) => bag.read(tolerance_s, take),
         }
     }
 }

@@ -9,27 +9,28 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use rosbag::{ChunkRecord, MessageRecord, RosBag};
 
-use super::Take;
-use super::bag::{Infos, Pairing, Topic, Topics, Wanted};
-use super::message::Encoding;
-
-/// Number of messages that are searched for topics and calibrations before the images are read.
-const LOOK: usize = 4000;
+use super::bag::{End, Message};
 
 /// Length of the padded header of a bag after the version, bytes.
 const HEAD: u64 = 4096;
 
-/// A message: topic, type, bytes.
-type Message<'a> = (&'a str, &'a str, &'a [u8]);
+/// Hands out all messages. An error if the file is no whole bag.
+pub(super) fn messages(
+    file: &Path,
+    take: &mut dyn FnMut(Message<'_>) -> ControlFlow<()>,
+) -> Result<End> {
+    let bag = open(file)?;
+    Ok(match each(&bag, take) {
+        Ok(end) => end.map_continue(|()| None),
+        Err(why) => ControlFlow::Continue(Some(why.to_string())),
+    })
+}
 
-/// Hands out all messages.
-///
-/// # Errors
-/// At the first damaged part of the bag; the messages before it are handed out.
-fn messages(
+/// An error at the first damaged part of the bag; the messages before it are handed out.
+fn each(
     bag: &RosBag,
     take: &mut dyn FnMut(Message<'_>) -> ControlFlow<()>,
-) -> Result<(), rosbag::Error> {
+) -> Result<ControlFlow<()>, rosbag::Error> {
     let mut connections: HashMap<u32, (String, String)> = HashMap::new();
     for record in bag.chunk_records() {
         let ChunkRecord::Chunk(chunk) = record? else { continue };
@@ -41,13 +42,13 @@ fn messages(
                 MessageRecord::MessageData(m) => {
                     let Some((topic, kind)) = connections.get(&m.conn_id) else { continue };
                     if take((topic, kind, m.data)).is_break() {
-                        return Ok(());
+                        return Ok(ControlFlow::Break(()));
                     }
                 }
             }
         }
     }
-    Ok(())
+    Ok(ControlFlow::Continue(()))
 }
 
 fn open(file: &Path) -> Result<RosBag> {
@@ -70,33 +71,5 @@ fn whole(file: &Path) -> Result<()> {
         "is cut short or was not closed: its index would begin at byte {index} of {length}. Repair it with `rosbag \
          reindex`"
     );
-    Ok(())
-}
-
-/// Topics and calibration.
-pub(super) fn look(file: &Path, wanted: &Wanted) -> Result<(Topics, Infos)> {
-    let (mut all, mut infos, mut seen) = (Vec::new(), Vec::new(), 0);
-    let mut note = |(topic, kind, bytes): Message<'_>| {
-        if kind == "sensor_msgs/CameraInfo" && infos.iter().all(|(name, _)| name != topic) {
-            infos.push((topic.to_owned(), bytes.to_vec()));
-        }
-        let images = Topic::of(topic, kind).filter(|topic| !all.contains(topic));
-        all.extend(images);
-        seen += 1;
-        if seen < LOOK { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-    };
-    // A damaged part is reported when the images are read.
-    let _ = messages(&open(file)?, &mut note);
-    let topics = Topics::choose(&all, wanted).with_context(|| file.display().to_string())?;
-    let infos = Infos::of(file, &topics, &infos, Encoding::Packed);
-    Ok((topics, infos))
-}
-
-/// Hands the pairs to `take` in order, until it breaks or the file is damaged.
-pub(super) fn read(file: &Path, topics: &Topics, tolerance_s: f64, take: Take<'_>) -> Result<()> {
-    let bag = open(file)?;
-    let mut pairing = Pairing::new(topics, tolerance_s, Encoding::Packed, take);
-    let outcome = messages(&bag, &mut |(topic, _, bytes)| pairing.push(topic, bytes));
-    pairing.finish(outcome.err().map(|why| format!("the rest of {}: {why}", file.display())));
     Ok(())
 }
