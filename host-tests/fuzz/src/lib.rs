@@ -85,15 +85,7 @@ pub fn run_calibrator(bytes: &[u8]) {
         // The generation changes exactly if the calibration in use does. Calls that make a new calibrator are exempt,
         // because its generation starts anew.
         let counted = changed == (before.in_use != state(&calibrator).in_use);
-        let uncounted = matches!(
-            call,
-            Call::SetCameras(..)
-                | Call::SetUsualCameras(..)
-                | Call::SetFactory(_)
-                | Call::SetUsualFactory(_)
-                | Call::Restart
-        );
-        assert!(counted || uncounted, "{call:?}");
+        assert!(counted || call.makes_a_new_calibrator(), "{call:?}");
         assert!(!changed || call.may_change_what_is_in_use(), "{call:?}");
         let after = state(&calibrator);
         // An unconfirmed estimate is dropped when pairs disagree with it.
@@ -124,18 +116,19 @@ pub fn run_calibrator(bytes: &[u8]) {
 }
 
 impl Call {
-    fn may_change_what_is_in_use(&self) -> bool {
+    fn makes_a_new_calibrator(&self) -> bool {
         matches!(
             self,
-            Self::Apply
-                | Self::Undo
-                | Self::Reset
-                | Self::Restart
+            Self::Restart
                 | Self::SetCameras(..)
                 | Self::SetUsualCameras(..)
                 | Self::SetFactory(_)
                 | Self::SetUsualFactory(_)
         )
+    }
+
+    fn may_change_what_is_in_use(&self) -> bool {
+        matches!(self, Self::Apply | Self::Undo | Self::Reset) || self.makes_a_new_calibrator()
     }
 }
 

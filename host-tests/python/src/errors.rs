@@ -5,6 +5,7 @@ use std::io;
 
 use pyo3::exceptions::{PyFileNotFoundError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
+pub(crate) use sim::run::refused::snake_case as name;
 use stereo_selfcal::depth::{MotionError, RangeError};
 use stereo_selfcal::geometry::{CameraError, ExtrinsicsError, RectifyError};
 use stereo_selfcal::link::FrameRefusal;
@@ -66,13 +67,6 @@ pub(crate) fn raised<E: CoreError>(argument: &str) -> impl Fn(E) -> PyErr {
 fn kind(of: &impl Debug) -> String {
     let text = format!("{of:?}");
     text.split(|c: char| !c.is_alphanumeric()).next().unwrap_or_default().to_owned()
-}
-
-/// Name of a variant in Python's style: `KeptApart` is `kept_apart`.
-pub(crate) fn name(of: &impl Debug) -> String {
-    let split =
-        |c: char| c.is_uppercase().then_some('_').into_iter().chain([c.to_ascii_lowercase()]);
-    kind(of).chars().flat_map(split).skip(1).collect()
 }
 
 /// The exception of an argument with an unknown value; `known` lists the known ones.
