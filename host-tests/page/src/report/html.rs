@@ -199,18 +199,6 @@ mod tests {
     }
 
     #[test]
-    fn names_break_after_underscores_and_many_panels_are_small() {
-        let mut named = table("t");
-        named.push(vec![Cell::text("opencv_chess"), Cell::number(1.0, 2)]);
-        let few = figure("f");
-        let many = Figure { panels: vec![few.panels[0].clone(); 6], ..figure("m") };
-        let html = page(vec![Block::Table(named), Block::Figure(few)]).html();
-        assert!(html.contains(">opencv_<wbr>chess<") && !html.contains("panels many"), "{html}");
-        let html = page(vec![Block::Figure(many)]).html();
-        assert!(html.contains("class=\"panels many\""), "{html}");
-    }
-
-    #[test]
     fn nothing_is_loaded_from_elsewhere() {
         let html = page(vec![Block::Table(table("t")), Block::Figure(figure("f"))]).html();
         for loading in ["src=\"http", "href=\"http", "url(", "@import", "<link"] {

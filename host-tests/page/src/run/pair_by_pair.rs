@@ -35,46 +35,28 @@ struct Series {
     of: fn(&Step) -> Option<f64>,
 }
 
+/// * `color`: number of the colour in [`SERIES`].
+const fn series(
+    name: &'static str,
+    color: usize,
+    line: Line,
+    of: fn(&Step) -> Option<f64>,
+) -> Series {
+    Series { name, color: Some(SERIES[color]), line, of }
+}
+
+#[rustfmt::skip]
 const OFFSETS: [Series; 2] = [
-    Series {
-        name: "row offset before, RMS, px",
-        color: Some(SERIES[7]),
-        line: Line::Thin,
-        of: |step| step.solved.map(|s| s.rms_px_before),
-    },
-    Series {
-        name: "row offset after, RMS, px",
-        color: Some(SERIES[2]),
-        line: Line::Broad,
-        of: |step| step.solved.map(|s| s.rms_px_after),
-    },
+    series("row offset before, RMS, px", 7, Line::Thin, |step| step.solved.map(|s| s.rms_px_before)),
+    series("row offset after, RMS, px", 2, Line::Broad, |step| step.solved.map(|s| s.rms_px_after)),
 ];
 
+#[rustfmt::skip]
 const ERRORS: [Series; 4] = [
-    Series {
-        name: "e_t of the estimate, mrad",
-        color: Some(SERIES[0]),
-        line: Line::Broad,
-        of: |step| step.running.map(|e| 1e3 * e.translation),
-    },
-    Series {
-        name: "sd of t, reported, mrad",
-        color: Some(SERIES[0]),
-        line: Line::Broken,
-        of: |step| step.estimate.map(|e| 1e3 * e.sd.translation),
-    },
-    Series {
-        name: "e_theta of the estimate, mrad",
-        color: Some(SERIES[1]),
-        line: Line::Broad,
-        of: |step| step.running.map(|e| 1e3 * e.rotation),
-    },
-    Series {
-        name: "sd of R, reported, mrad",
-        color: Some(SERIES[1]),
-        line: Line::Broken,
-        of: |step| step.estimate.map(|e| 1e3 * e.sd.rotation),
-    },
+    series("e_t of the estimate, mrad", 0, Line::Broad, |step| step.running.map(|e| 1e3 * e.translation)),
+    series("sd of t, reported, mrad", 0, Line::Broken, |step| step.estimate.map(|e| 1e3 * e.sd.translation)),
+    series("e_theta of the estimate, mrad", 1, Line::Broad, |step| step.running.map(|e| 1e3 * e.rotation)),
+    series("sd of R, reported, mrad", 1, Line::Broken, |step| step.estimate.map(|e| 1e3 * e.sd.rotation)),
 ];
 
 fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {

@@ -9,17 +9,9 @@ use stereo_selfcal::geometry::LensCorrection;
 use super::step::Step;
 
 /// Columns before those of the extrinsics.
+#[rustfmt::skip]
 const COLUMNS: [&str; 11] = [
-    "pair",
-    "state",
-    "verdict",
-    "armed",
-    "doubt",
-    "matches",
-    "fit",
-    "rms_px_in_use",
-    "rms_px_proposed",
-    "sd_rotation",
+    "pair", "state", "verdict", "armed", "doubt", "matches", "fit", "rms_px_in_use", "rms_px_proposed", "sd_rotation",
     "sd_translation",
 ];
 
