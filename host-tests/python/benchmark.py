@@ -1,7 +1,7 @@
 """Times of the package on this machine: ``python host-tests/python/benchmark.py SET``.
 
 ``SET`` is a generated data set: ``cargo selfcal synth near --pairs 21 --outliers 0.3 --rotation 3,-2,4 --baseline 3,-3
---out SET``. 20 of its pairs lock a calibrator, and the last one is timed, as ``cargo bench -p selfcal-evidence --bench
+--out SET``. 20 of its pairs lock a calibrator, and the last one is timed, as ``cargo bench -p evidence --bench
 stages`` times the calls of the core alone.
 """
 
