@@ -23,10 +23,8 @@ pub struct Request {
     pub effort: Effort,
     /// Settings of each method on the recordings: all, or a few.
     pub settings: Range,
-    /// Whether to draw disparities and spheres.
-    pub pictures: bool,
-    /// Drop cached measurements.
-    pub fresh: bool,
+    /// Folder of the tables and curves of EVIDENCE.md, if they are to be written.
+    pub documents: Option<PathBuf>,
     /// Command that reproduces the page.
     pub command: String,
 }

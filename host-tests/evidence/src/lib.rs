@@ -1,17 +1,25 @@
-//! Evidence: the method of the paper and ours against others, on recorded and generated data, as one page.
+//! The program of developers: `cargo evidence`. Figures of the calibrator, and of others beside it.
 //!
-//! Measurements are independent and the same on any number of threads; finished
-//! ones are cached beside the page, and an interrupted evaluation resumes.
+//! Where a new one goes:
+//! - **A rival**: a file of `rivals` that implements [`Method`](rivals::Method) and starts with what is published and
+//!   what is filled in. An entry of `rivals::all`, its settings in `rivals::variant`, its words in
+//!   `sections::compared`. The tests of `rivals` then run it.
+//! - **A campaign**: an entry of `campaigns::made` (project's figures) or `campaigns::real` (scenes of real rigs): name,
+//!   runs, seeds, columns, cases. `cargo evidence tables NAME` makes its table; the words above the table are written
+//!   by hand in `tables/NAME.md`, and EVIDENCE.md links it.
+//! - **A figure of campaigns**: a line of `campaigns::figures`, with its chance of `campaigns::chance`. Campaigns
+//!   name it as a column. `campaign NAME --csv FILE` has all figures.
+//! - **A section of the page**: a file of `sections`, called in `sections::all`, from measurements of `findings`:
+//!   recordings in `on_recorded`, generated scenes in `sweep`, a knock in `step_response`.
+//! - **A command**: a file of `commands`, an entry of [`Command`], a test in `tests/evidence`.
 
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
 
-pub mod cache;
+mod campaigns;
 mod commands;
 pub mod effort;
 mod findings;
-mod measure;
 pub mod measurement;
-pub mod offsets;
 pub mod on_recorded;
 pub mod pictures;
 pub mod recorded_sets;
@@ -26,7 +34,6 @@ use std::path::{Path, PathBuf};
 use anyhow::Result;
 use indicatif::ProgressBar;
 
-use cache::Cache;
 use findings::Findings;
 use measurement::{MeasurementCounts, Runner};
 use page::report::Page;
@@ -69,16 +76,15 @@ const BATCH: [&str; 1] = ["bundle"];
 pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Evaluated> {
     let sets = recorded_sets::all(&request.data)?;
     let methods = request.methods()?;
-    let cache = Cache::open(dir, request.fresh)?;
-    let runner = Runner::new(&cache, bar);
+    let runner = Runner::new(bar);
     let variants = all_variants(&methods, request.settings)?;
     let few = all_variants(&methods, Range::Few)?;
-    let rows = on_recorded::rows(&runner, &sets, &variants)?;
+    let rows = on_recorded::rows(&runner, &sets, &variants);
     let sweep = |axis| sweep::sweep(&runner, axis, &few, request.effort);
-    let sweeps: Vec<Sweep> = SweepAxis::ALL.into_iter().map(sweep).collect::<Result<_>>()?;
+    let sweeps: Vec<Sweep> = SweepAxis::ALL.into_iter().map(sweep).collect();
     let tracking: Vec<&Variant> =
         few.iter().filter(|by| !BATCH.contains(&by.method.name())).collect();
-    let step_responses = step_response::step_responses(&runner, &tracking, request.effort.steps)?;
+    let step_responses = step_response::step_responses(&runner, &tracking, request.effort.steps);
     let step_responses = tracking.into_iter().zip(step_responses).collect();
     let counts = runner.counts();
     let findings = Findings {
@@ -98,6 +104,9 @@ pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Eval
     let mut page = Page::new(TITLE, LEAD);
     page.sections = sections::all(&findings, &counts);
     let page = page.write(dir)?;
+    if let Some(folder) = &request.documents {
+        sections::write_documents(&findings, folder)?;
+    }
     Ok(Evaluated { page, counts, cells })
 }
 
@@ -115,51 +124,34 @@ mod tests {
             methods: ["robust", "paper"].map(String::from).to_vec(),
             effort: Effort::QUICK.with_trials(1),
             settings: Range::Few,
-            pictures: false,
-            fresh: false,
+            documents: None,
             command: "cargo evidence evaluate".into(),
         }
     }
 
-    fn run(dir: &Path, threads: usize) -> Evaluated {
+    /// The page and its numbers, and the documents.
+    fn files(threads: usize) -> BTreeMap<PathBuf, String> {
+        let dir = tempfile::tempdir().unwrap();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| evaluate(&request(), dir, &ProgressBar::hidden()).unwrap())
-    }
-
-    /// The page and its numbers.
-    fn files(dir: &Path) -> BTreeMap<PathBuf, String> {
-        let csv = fs::read_dir(dir.join("csv")).unwrap().map(|entry| entry.unwrap().path());
-        let all = csv.chain([dir.join("index.html")]);
+        let request = Request { documents: Some(dir.path().join("csv")), ..request() };
+        pool.install(|| evaluate(&request, dir.path(), &ProgressBar::hidden()).unwrap());
+        let csv = fs::read_dir(dir.path().join("csv")).unwrap().map(|entry| entry.unwrap().path());
+        let all = csv.chain([dir.path().join("index.html")]);
         let read = |path: PathBuf| {
-            let name = path.strip_prefix(dir).unwrap().to_owned();
+            let name = path.strip_prefix(dir.path()).unwrap().to_owned();
             (name, fs::read_to_string(path).unwrap())
         };
         all.map(read).collect()
     }
 
     #[test]
-    fn any_number_of_threads_and_an_interruption_give_the_same_page() {
-        let [one, three] = [1, 3].map(|threads| {
-            let dir = tempfile::tempdir().unwrap();
-            let evaluated = run(dir.path(), threads);
-            assert_eq!(evaluated.counts.reused, 0);
-            dir
-        });
-        let page = files(one.path());
-        assert_eq!(page, files(three.path()));
-
-        let cells = three.path().join("cells.jsonl");
-        let text = fs::read_to_string(&cells).unwrap();
-        let lines: Vec<&str> = text.lines().collect();
-        // Cuts the file within a line, as an interruption does: only the whole lines count.
-        let whole = lines.len() / 2;
-        let begun = &lines[whole][..lines[whole].len() / 2];
-        fs::write(&cells, lines[..whole].join("\n") + "\n" + begun).unwrap();
-        let again = run(three.path(), 2);
-        assert_eq!(again.counts.reused, whole);
-        assert!(whole > 0);
-        assert_eq!(page, files(three.path()));
-        assert_eq!(run(three.path(), 2).counts.reused, lines.len());
+    fn any_number_of_threads_gives_the_same_page_and_documents() {
+        let one = files(1);
+        assert_eq!(one, files(3));
+        assert_eq!(
+            one.keys().filter(|name| name.extension().is_some_and(|e| e == "svg")).count(),
+            4
+        );
     }
 
     #[test]

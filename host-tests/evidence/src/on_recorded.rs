@@ -1,24 +1,17 @@
 //! Measurements on recorded data: one method with its settings, one data set, one view.
 
 use anyhow::{Context, Result, ensure};
-use serde::{Deserialize, Serialize};
 use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::measurement::{Measured, Measurement, Runner};
-use super::recorded_sets::{GATE_PX, RecordedSet, SetView, TURN_DEG};
+use super::recorded_sets::{RecordedSet, SetView};
 use crate::rivals::Variant;
-use rigs::data::Rays;
-use sim::bounds::joint_fit;
-use sim::stats::median;
-
-/// Fewest matches of a gated fit, which has five unknowns.
-const FEW: usize = 12;
 
 /// `[e_t, e_theta]`, rad.
 pub type ErrorPair = [f64; 2];
 
 /// Errors of one method on one data set from one view, rad.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Errors {
     /// `e_t`, `e_theta` of all pairs fused (eqs 23, 24).
     pub fused: ErrorPair,
@@ -40,31 +33,10 @@ pub enum Quantity {
 }
 
 /// One method on one data set from one view.
-#[derive(Serialize)]
 struct OnSet<'a> {
     set: &'a str,
-    digest: &'a str,
-    camera: &'static str,
-    view: &'static str,
-    degrees: f64,
-    method: String,
-    #[serde(skip)]
     seen: &'a SetView,
-    #[serde(skip)]
     by: &'a Variant,
-}
-
-/// The joint least-squares fit of the matches that agree with the reference.
-#[derive(Serialize)]
-struct GatedFit<'a> {
-    set: &'a str,
-    digest: &'a str,
-    camera: &'static str,
-    view: &'static str,
-    degrees: f64,
-    gate_px: f64,
-    #[serde(skip)]
-    seen: &'a SetView,
 }
 
 /// All methods on one data set from one view.
@@ -75,8 +47,6 @@ pub struct Row<'a> {
     pub seen: &'a SetView,
     /// Errors by method and settings, in their order.
     pub errors: Vec<Measured<Errors>>,
-    /// `e_t`, `e_theta` of the least-squares fit of the matches that agree with the reference, rad.
-    pub gated_fit: Measured<ErrorPair>,
 }
 
 /// A deviation as two numbers.
@@ -129,17 +99,6 @@ impl Errors {
         Deviation::root_mean_square(solved.map(deviation)).map(error_pair)
     }
 
-    /// Median of the errors of single pairs, where a pair without an estimate counts as the worst; `None` if the median
-    /// is such a pair.
-    #[must_use]
-    pub fn median(&self) -> Option<ErrorPair> {
-        let of = |part: usize| {
-            let error = |e: &Option<ErrorPair>| e.map_or(f64::INFINITY, |e| e[part]);
-            median(self.single.iter().map(error)).filter(|e| e.is_finite())
-        };
-        Some([of(0)?, of(1)?])
-    }
-
     /// Single pairs with an estimate.
     #[must_use]
     pub fn solved(&self) -> usize {
@@ -158,10 +117,9 @@ impl Row<'_> {
 
 impl Measurement for OnSet<'_> {
     type Outcome = Errors;
-    const KIND: &'static str = "recorded";
 
     fn label(&self) -> String {
-        format!("{} on {}, {}", self.method, self.set, self.seen.words())
+        format!("{} on {}, {}", self.by.name(), self.set, self.seen.words())
     }
 
     fn measure(&self) -> Result<Errors> {
@@ -179,54 +137,22 @@ impl Measurement for OnSet<'_> {
     }
 }
 
-impl Measurement for GatedFit<'_> {
-    type Outcome = ErrorPair;
-    const KIND: &'static str = "gated fit";
-
-    fn label(&self) -> String {
-        format!("gated fit on {}, {}", self.set, self.seen.words())
-    }
-
-    fn measure(&self) -> Result<ErrorPair> {
-        let SetView { pairs, truth, .. } = self.seen;
-        let agrees = self.seen.agrees();
-        let agreeing: Vec<Rays> =
-            pairs.iter().flatten().filter(|rays| agrees(rays)).copied().collect();
-        ensure!(agreeing.len() >= FEW, "{} matches agree with the reference", agreeing.len());
-        Ok(error_pair(self.seen.error(&joint_fit(truth, &agreeing))))
-    }
-}
-
 /// Measures all methods with all their settings, on all data sets, from all views.
-///
-/// # Errors
-/// If the cache cannot be written.
 pub fn rows<'a>(
     runner: &Runner<'_>,
     sets: &'a [RecordedSet],
     variants: &'a [Variant],
-) -> Result<Vec<Row<'a>>> {
-    let views: Vec<(&RecordedSet, &SetView)> =
-        sets.iter().flat_map(|set| set.views.iter().map(move |seen| (set, seen))).collect();
+) -> Vec<Row<'a>> {
+    let of_set = |set: &'a RecordedSet| set.views.iter().map(move |seen| (set, seen));
+    let views: Vec<(&RecordedSet, &SetView)> = sets.iter().flat_map(of_set).collect();
     let of_view = |&(set, seen): &(&'a RecordedSet, &'a SetView)| {
-        variants.iter().map(move |by| {
-            let (RecordedSet { name, digest, .. }, degrees) = (set, TURN_DEG);
-            let SetView { camera, view, .. } = *seen;
-            OnSet { set: name, digest, camera, view, degrees, method: by.name(), seen, by }
-        })
+        variants.iter().map(move |by| OnSet { set: &set.name, seen, by })
     };
-    let measurements: Vec<OnSet<'_>> = views.iter().flat_map(of_view).collect();
-    let errors = runner.run(&measurements)?;
-    let fit = |&(set, seen): &(&'a RecordedSet, &'a SetView)| {
-        let RecordedSet { name, digest, .. } = set;
-        let SetView { camera, view, .. } = *seen;
-        let (degrees, gate_px) = (TURN_DEG, GATE_PX);
-        GatedFit { set: name, digest, camera, view, degrees, gate_px, seen }
-    };
-    let fits = runner.run(&views.iter().map(fit).collect::<Vec<_>>())?;
+    let errors = runner.run(&views.iter().flat_map(of_view).collect::<Vec<_>>());
     let of_methods = errors.chunks(variants.len().max(1)).map(<[_]>::to_vec);
-    let rows = views.into_iter().zip(of_methods).zip(fits);
-    Ok(rows
-        .map(|(((set, seen), errors), gated_fit)| Row { set, seen, errors, gated_fit })
-        .collect())
+    views
+        .into_iter()
+        .zip(of_methods)
+        .map(|((set, seen), errors)| Row { set, seen, errors })
+        .collect()
 }

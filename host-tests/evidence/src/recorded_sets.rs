@@ -12,7 +12,6 @@ use stereo_selfcal::batch::{RayPair, row_offset};
 use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 
-use super::cache::digest;
 use crate::rivals::{Front, Setting, Tuning};
 use rigs::data::{Dataset, Rays, TurnedCamera, TurnedView};
 
@@ -35,8 +34,6 @@ pub const START: Extrinsics<f64> = Extrinsics::SIDE_BY_SIDE;
 pub struct RecordedSet {
     /// Name of its folder.
     pub name: String,
-    /// Digest of all it contains.
-    pub digest: String,
     /// Its source.
     pub source: String,
     /// Standard error of its reference, rad, if known.
@@ -97,11 +94,8 @@ impl RecordedSet {
             .sigma_t_deg
             .zip(set.meta.sigma_r_deg)
             .map(|(t, r)| Deviation { translation: t.to_radians(), rotation: r.to_radians() });
-        let rigs: Vec<_> = set.rigs.iter().map(|rig| (rig.r, rig.t)).collect();
-        let content = serde_json::to_vec(&(&set.meta, &set.pairs, rigs))?;
         Ok(Self {
             name: set.name.clone(),
-            digest: digest(&content),
             source: set.meta.source.clone(),
             reference,
             outliers: views.first().map_or(0.0, SetView::outliers),
@@ -213,14 +207,14 @@ pub fn all(folders: &[PathBuf]) -> Result<Vec<RecordedSet>> {
     for folder in folders {
         places.extend(sets_in(folder)?);
     }
-    let mut all: Vec<RecordedSet> = Vec::new();
+    let mut all: Vec<Dataset> = Vec::new();
     for place in places {
-        let recording = RecordedSet::new(&Dataset::load(&place)?)?;
-        if all.iter().all(|other| other.digest != recording.digest) {
-            all.push(recording);
+        let set = Dataset::load(&place)?;
+        if !all.iter().any(|other| (&other.meta, &other.pairs) == (&set.meta, &set.pairs)) {
+            all.push(set);
         }
     }
-    Ok(all)
+    all.iter().map(RecordedSet::new).collect()
 }
 
 fn sets_in(folder: &Path) -> Result<Vec<PathBuf>> {

@@ -1,7 +1,6 @@
 //! Measurements on a rig that is knocked once: the running estimates, pair by pair.
 
 use anyhow::Result;
-use serde::Serialize;
 use stereo_selfcal::geometry::metrics::Deviation;
 
 use super::measurement::{Measurement, Runner};
@@ -24,14 +23,8 @@ const OUTLIERS: f64 = 0.1;
 const SEED: u64 = 9_950_000;
 
 /// One run of all methods.
-#[derive(Serialize)]
 struct Run<'a> {
-    pairs: usize,
-    turn_deg: f64,
-    outliers: f64,
     seed: u64,
-    methods: &'a [String],
-    #[serde(skip)]
     by: &'a [&'a Variant],
 }
 
@@ -41,16 +34,15 @@ pub type StepResponse = Vec<Option<ErrorPair>>;
 impl Measurement for Run<'_> {
     /// Errors by method and pair.
     type Outcome = Vec<Vec<Option<ErrorPair>>>;
-    const KIND: &'static str = "step";
 
     fn label(&self) -> String {
         format!("step, run {}", self.seed)
     }
 
     fn measure(&self) -> Result<Vec<Vec<Option<ErrorPair>>>> {
-        let turn_deg = self.turn_deg;
-        let mut scenario = Scenario { turn_deg, ..Scenario::new(ScenarioKind::Step, self.pairs) };
-        scenario.scene.outliers = self.outliers;
+        let step = Scenario::new(ScenarioKind::Step, PAIRS);
+        let mut scenario = Scenario { turn_deg: TURN_DEG, ..step };
+        scenario.scene.outliers = OUTLIERS;
         scenario.scene.rig = five_degrees_off();
         let frames: Vec<_> = scenario.frames(self.seed)?.collect();
         let rays: Vec<Vec<Rays>> = frames.iter().map(|f| f.pair.rays(&f.scene)).collect();
@@ -68,21 +60,9 @@ impl Measurement for Run<'_> {
 }
 
 /// Step responses of the methods, in their order.
-///
-/// # Errors
-/// If the cache cannot be written.
-pub fn step_responses(
-    runner: &Runner<'_>,
-    by: &[&Variant],
-    runs: u64,
-) -> Result<Vec<StepResponse>> {
-    let methods: Vec<String> = by.iter().map(|by| by.name()).collect();
-    let run = |seed| {
-        let (pairs, turn_deg, outliers, methods) = (PAIRS, TURN_DEG, OUTLIERS, &methods[..]);
-        Run { pairs, turn_deg, outliers, seed, methods, by }
-    };
-    let all: Vec<Run<'_>> = (SEED..SEED + runs).map(run).collect();
-    let outcomes = runner.run(&all)?;
+pub fn step_responses(runner: &Runner<'_>, by: &[&Variant], runs: u64) -> Vec<StepResponse> {
+    let all: Vec<Run<'_>> = (SEED..SEED + runs).map(|seed| Run { seed, by }).collect();
+    let outcomes = runner.run(&all);
     let rms = |method: usize, pair: usize| {
         let runs = || outcomes.iter().flatten().map(|run| run[method][pair]);
         let solved: Vec<ErrorPair> = runs().flatten().collect();
@@ -93,5 +73,5 @@ pub fn step_responses(
         Deviation::root_mean_square(solved.iter().map(deviation)).map(error_pair)
     };
     let of_method = |method| (0..PAIRS).map(|pair| rms(method, pair)).collect();
-    Ok((0..by.len()).map(of_method).collect())
+    (0..by.len()).map(of_method).collect()
 }

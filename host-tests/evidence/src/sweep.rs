@@ -4,15 +4,15 @@
 //! get the same scenes, with the same seeds.
 
 use anyhow::Result;
-use serde::{Deserialize, Serialize};
+use stereo_selfcal::batch::{RayPair, row_offset};
+use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{Extrinsics, Scalar};
 
 use super::effort::Effort;
 use super::measurement::{Measured, Measurement, Runner};
-use super::on_recorded::error_pair;
+use super::on_recorded::{ErrorPair, error_pair};
 use super::recorded_sets::START;
-use crate::offsets::Offsets;
 use crate::rivals::{Front, Setting, Tuning, Variant};
 use rigs::data::Rays;
 use sim::bounds::cramer_rao;
@@ -31,7 +31,7 @@ const OUTLIERS: f64 = 0.1;
 const DEPTH_RATIO: f64 = 10.0;
 
 /// The varied parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SweepAxis {
     /// Correspondences a pair, no outliers.
     Matches,
@@ -47,40 +47,24 @@ pub enum SweepAxis {
     Band,
 }
 
-/// Result of one trial.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct Trial {
-    /// `e_t`, rad.
-    pub e_t: f64,
-    /// `e_theta`, rad.
-    pub e_theta: f64,
-    /// RMS row offset of the noise-free true points after rectification by the estimate, px.
-    pub row_px: f64,
-    /// RMS distance of the noise-free true points from their reprojections, triangulated by the
-    /// estimate, px.
-    pub reprojection_px: f64,
-}
-
 /// All methods at one value, some of the trials.
-#[derive(Serialize)]
 struct Chunk<'a> {
     axis: SweepAxis,
     value: f64,
     trials: u64,
     seed: u64,
-    methods: &'a [String],
-    #[serde(skip)]
     by: &'a [Variant],
 }
 
 /// The Cramer-Rao bound at one value: RMS of `e_t` and of `e_theta`, rad.
-#[derive(Serialize)]
 struct Bound {
     axis: SweepAxis,
     value: f64,
     trials: u64,
-    seed: u64,
 }
+
+/// Errors of the trials at one value; `None` for a trial without an estimate.
+pub type Trials = Vec<Option<ErrorPair>>;
 
 /// All methods over one axis.
 pub struct Sweep {
@@ -88,8 +72,9 @@ pub struct Sweep {
     pub axis: SweepAxis,
     /// Its values.
     pub values: Vec<f64>,
-    /// Trials, by method with its settings and by value; `None` for a trial without an estimate.
-    pub trials: Vec<Vec<Measured<Vec<Option<Trial>>>>>,
+    /// `e_t` and `e_theta` of the trials, rad, by method with its settings and by value; `None` for a trial without an
+    /// estimate.
+    pub trials: Vec<Vec<Measured<Trials>>>,
     /// Bound by value.
     pub bound: Vec<Measured<[f64; 2]>>,
 }
@@ -169,14 +154,13 @@ fn scenes(
 
 impl Measurement for Chunk<'_> {
     /// Trials by method.
-    type Outcome = Vec<Vec<Option<Trial>>>;
-    const KIND: &'static str = "generated";
+    type Outcome = Vec<Trials>;
 
     fn label(&self) -> String {
         format!("{} {}, scenes from {}", self.axis.name(), self.value, self.seed)
     }
 
-    fn measure(&self) -> Result<Vec<Vec<Option<Trial>>>> {
+    fn measure(&self) -> Result<Vec<Trials>> {
         let seeds = self.seed..self.seed + self.trials;
         let (scene, all) = scenes(self.axis, self.value, seeds)?;
         let setting = setting(&scene);
@@ -195,14 +179,13 @@ impl Measurement for Chunk<'_> {
 
 impl Measurement for Bound {
     type Outcome = [f64; 2];
-    const KIND: &'static str = "bound";
 
     fn label(&self) -> String {
         format!("Cramer-Rao bound, {} {}", self.axis.name(), self.value)
     }
 
     fn measure(&self) -> Result<[f64; 2]> {
-        let (scene, all) = scenes(self.axis, self.value, self.seed..self.seed + self.trials)?;
+        let (scene, all) = scenes(self.axis, self.value, SEED..SEED + self.trials)?;
         let noise = scene.noise_px / scene.focal;
         let of = |pairs: &Vec<SynthPair>| {
             let rays: Vec<Rays> =
@@ -224,49 +207,35 @@ pub(super) fn setting(scene: &Scene) -> Setting {
     }
 }
 
-/// `None` if the estimate puts a point behind a camera.
-fn trial(scene: &Scene, pairs: &[SynthPair], estimate: &Extrinsics<f64>) -> Option<Trial> {
-    let Deviation { translation, rotation } = Deviation::between(estimate, &scene.rig);
-    let clean = pairs.iter().flat_map(|pair| &pair.clean).map(|clean| scene.rays(*clean));
-    let offsets = Offsets::of(estimate, clean);
-    let trial = Trial {
-        e_t: translation,
-        e_theta: rotation,
-        row_px: offsets.row * scene.focal,
-        reprojection_px: offsets.reprojection * scene.focal,
-    };
-    (trial.row_px.is_finite() && trial.reprojection_px.is_finite()).then_some(trial)
+/// Errors of an estimate; `None` if it puts a point behind a camera.
+fn trial(scene: &Scene, pairs: &[SynthPair], estimate: &Extrinsics<f64>) -> Option<ErrorPair> {
+    let rotations = RectifyingRotations::from(estimate);
+    let mut clean = pairs.iter().flat_map(|pair| &pair.clean).map(|clean| scene.rays(*clean));
+    let in_front = clean.all(|[p_l, p_r]: Rays| {
+        let pair = RayPair::try_new([p_l.x, p_l.y], [p_r.x, p_r.y]);
+        pair.is_some_and(|pair| row_offset(&rotations, &pair).is_some())
+    });
+    in_front.then(|| error_pair(Deviation::between(estimate, &scene.rig)))
 }
 
 /// Measures all methods over one axis.
-///
-/// # Errors
-/// If the cache cannot be written.
-pub fn sweep(
-    runner: &Runner<'_>,
-    axis: SweepAxis,
-    by: &[Variant],
-    effort: Effort,
-) -> Result<Sweep> {
+pub fn sweep(runner: &Runner<'_>, axis: SweepAxis, by: &[Variant], effort: Effort) -> Sweep {
     let values = effort.thinned(axis.values());
     let trials = axis.trials(effort);
-    let methods: Vec<String> = by.iter().map(Variant::name).collect();
     let of_value = |&value: &f64| {
         let starts = (0..trials).step_by(CHUNK);
-        let methods = &methods;
         starts.map(move |from| {
             let count = (trials - from).min(CHUNK as u64);
-            Chunk { axis, value, trials: count, seed: SEED + from, methods, by }
+            Chunk { axis, value, trials: count, seed: SEED + from, by }
         })
     };
     let chunks: Vec<Chunk<'_>> = values.iter().flat_map(of_value).collect();
-    let outcomes = runner.run(&chunks)?;
-    let bounds: Vec<Bound> =
-        values.iter().map(|&value| Bound { axis, value, trials, seed: SEED }).collect();
-    let bound = runner.run(&bounds)?;
+    let outcomes = runner.run(&chunks);
+    let bounds: Vec<Bound> = values.iter().map(|&value| Bound { axis, value, trials }).collect();
+    let bound = runner.run(&bounds);
     let of_values: Vec<_> = outcomes.chunks(outcomes.len() / values.len().max(1)).collect();
     let of_method = |i: usize| {
-        let joined = |chunks: &&[Measured<Vec<Vec<Option<Trial>>>>]| {
+        let joined = |chunks: &&[Measured<Vec<Trials>>]| {
             let of_chunk = chunks.iter().map(|chunk| chunk.as_ref().map(|by| &by[i]));
             let all: Result<Vec<_>, &String> = of_chunk.collect();
             all.map(|all| all.into_iter().flatten().copied().collect()).map_err(Clone::clone)
@@ -274,5 +243,5 @@ pub fn sweep(
         of_values.iter().map(joined).collect()
     };
     let trials = (0..by.len()).map(of_method).collect();
-    Ok(Sweep { axis, values, trials, bound })
+    Sweep { axis, values, trials, bound }
 }

@@ -126,7 +126,7 @@ mod tests {
         };
         let seen = set.views.iter().find(|seen| (seen.camera, seen.view) == ("right", "left"));
         let errors = vec![of(ours), of(Some(rivals[0])), of(Some(rivals[1]))];
-        let row = Row { set: &set, seen: seen.unwrap(), errors, gated_fit: Ok([0.0; 2]) };
+        let row = Row { set: &set, seen: seen.unwrap(), errors };
         let cell = cell(&row, Quantity::ErrorT, &[0], &[1, 2]).unwrap();
         (cell.outcome, cell.rival.0)
     }

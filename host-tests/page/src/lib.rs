@@ -19,8 +19,11 @@ use std::path::Path;
 
 use anyhow::{Context, Result};
 
-/// Writes a text; missing folders are created, an existing file is replaced. The error names the file.
-fn write(path: &Path, text: &str) -> Result<()> {
+/// Writes a text; missing folders are created, an existing file is replaced.
+///
+/// # Errors
+/// Names the file that cannot be written.
+pub fn write(path: &Path, text: &str) -> Result<()> {
     let folder = path.parent().map_or(Ok(()), fs::create_dir_all);
     folder
         .and_then(|()| fs::write(path, text))

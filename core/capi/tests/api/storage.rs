@@ -128,7 +128,7 @@ fn the_documents_state_the_sizes_of_the_storage() {
         "{calibrator}"
     );
     assert!(include_str!("../../README.md").contains(&format!("| {both}, 4,096 |")), "{both}");
-    let evidence = include_str!("../../../../host-tests/EVIDENCE.md");
+    let evidence = include_str!("../../../../host-tests/evidence/tables/by-tests.md");
     let row = format!("| `selfcal_t` of 256 matches, `selfcal_link_t` | {both} bytes |");
     assert!(evidence.contains(&row), "{row}");
 }

@@ -3,6 +3,7 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
+use super::tables::folder;
 use crate::effort::Effort;
 use crate::rivals::Range;
 use crate::{Evaluated, Request, evaluate};
@@ -17,16 +18,13 @@ use sim::run::progress;
 /// which the best counts. The page (index.html) contains its pictures and loads nothing; all its numbers are in the
 /// files of csv/ beside it.
 ///
-/// Measurements are kept in cells.jsonl: an interrupted evaluation resumes where it was,
-/// and the same program measures nothing twice. The same program writes the same
-/// page, whatever the number of threads.
+/// The same program writes the same page, whatever the number of threads.
 #[derive(Debug, Args)]
-#[expect(clippy::struct_excessive_bools, reason = "independent flags of a command line")]
 #[command(after_help = "Examples:
   evidence evaluate
   evidence evaluate --data path/to/my_recordings --out target/mine
   evidence evaluate --methods robust,paper,ling-shen --trials 200
-  evidence evaluate --full")]
+  evidence evaluate --full --documents")]
 pub struct EvaluateArgs {
     /// Folder of the page; made if missing. Files of an earlier evaluation in it are replaced.
     #[arg(long, value_name = "DIR", default_value = "target/evaluation")]
@@ -58,13 +56,9 @@ pub struct EvaluateArgs {
     #[arg(long, value_enum, default_value_t = Range::All)]
     settings: Range,
 
-    /// Leave out the pictures of disparities and of spheres, which are drawn anew each time.
+    /// Also write the tables and curves of EVIDENCE.md: cells, published, over-bound, knock.
     #[arg(long)]
-    no_pictures: bool,
-
-    /// Measure everything anew.
-    #[arg(long)]
-    fresh: bool,
+    documents: bool,
 }
 
 /// Runs `evidence evaluate`.
@@ -73,14 +67,8 @@ pub(crate) fn evaluate_all(args: &EvaluateArgs) -> Result<()> {
     let Evaluated { page, counts, cells } = evaluate(&args.request(), &args.out, &bar)?;
     bar.finish_and_clear();
     let mut out = io::stdout();
-    let measured = counts.measurements - counts.reused - counts.failed.len();
-    writeln!(
-        out,
-        "cells        {}: {measured} measured, {} reused, {} failed",
-        counts.measurements,
-        counts.reused,
-        counts.failed.len()
-    )?;
+    let [all, failed] = [counts.measurements, counts.failed.len()];
+    writeln!(out, "measurements {all}, {failed} failed")?;
     let [wins, ties, losses] = cells;
     writeln!(
         out,
@@ -98,8 +86,7 @@ impl EvaluateArgs {
             methods: self.methods.clone(),
             effort: self.trials.map_or(effort, |trials| effort.with_trials(trials)),
             settings: self.settings,
-            pictures: !self.no_pictures,
-            fresh: self.fresh,
+            documents: self.documents.then(folder),
             command: self.command(),
         }
     }
@@ -121,9 +108,6 @@ impl EvaluateArgs {
         }
         if self.settings == Range::Few {
             command += " --settings few";
-        }
-        if self.no_pictures {
-            command += " --no-pictures";
         }
         command
     }

@@ -5,6 +5,7 @@ mod evaluate;
 mod link;
 mod matcher;
 mod picture;
+mod tables;
 
 use anyhow::Result;
 use clap::Subcommand;
@@ -15,7 +16,7 @@ use clap::Subcommand;
 #[allow(private_interfaces, reason = "the program only parses and runs a command")]
 pub enum Command {
     Campaign(campaign::CampaignArgs),
-    Tables(campaign::TablesArgs),
+    Tables(tables::TablesArgs),
     Evaluate(evaluate::EvaluateArgs),
     Link(link::LinkArgs),
     Matcher(matcher::MatcherArgs),
@@ -30,7 +31,7 @@ impl Command {
     pub fn run(&self) -> Result<()> {
         match self {
             Self::Campaign(args) => campaign::campaign(args),
-            Self::Tables(args) => campaign::tables(args),
+            Self::Tables(args) => tables::tables(args),
             Self::Evaluate(args) => evaluate::evaluate_all(args),
             Self::Link(args) => link::link(args),
             Self::Matcher(args) => matcher::matcher(args),

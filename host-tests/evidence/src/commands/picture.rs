@@ -29,13 +29,13 @@ pub struct PictureArgs {
 pub(crate) fn picture(args: &PictureArgs) -> Result<()> {
     let knocked = knocked(args.degrees)?;
     let mut out = io::stdout();
-    for (name, scores) in ["before", "after"].into_iter().zip(&knocked.scores) {
-        let right = 100.0 * scores.right.context("the scene has no published depth")?;
+    for (name, one) in ["before", "after"].into_iter().zip(&knocked.rectified) {
+        let right = 100.0 * one.right;
         writeln!(
             out,
             "{name:<8} row offset {:6.2} px (median), depth of {right:.0} % of the pixels (disparity found and \
              within {WRONG_PX} px of the published one)",
-            scores.row_offset_px
+            one.row_offset_px
         )?;
     }
     let write = || {

@@ -101,28 +101,15 @@ const PLAIN: Tuning = Tuning {
     agile: false,
 };
 
-fn prefiltered(tuning: Tuning) -> Tuning {
-    Tuning { prefiltered: true, ..tuning }
-}
+const PREFILTERED: Change = |tuning| Tuning { prefiltered: true, ..tuning };
+const ESTIMATED: Change = |tuning| Tuning { noise_estimated: true, ..tuning };
+const GATED: Change = |tuning| Tuning { gated: true, ..tuning };
+const ANNEALED: Change = |tuning| Tuning { annealed: true, ..tuning };
+const REJECTING: Change = |tuning| Tuning { rejecting: true, ..tuning };
+const AGILE: Change = |tuning| Tuning { agile: true, ..tuning };
 
-fn estimated(tuning: Tuning) -> Tuning {
-    Tuning { noise_estimated: true, ..tuning }
-}
-
-fn gated(tuning: Tuning) -> Tuning {
-    Tuning { gated: true, ..tuning }
-}
-
-fn annealed(tuning: Tuning) -> Tuning {
-    Tuning { annealed: true, ..tuning }
-}
-
-fn rejecting(tuning: Tuning) -> Tuning {
-    Tuning { rejecting: true, ..tuning }
-}
-
-fn agile(tuning: Tuning) -> Tuning {
-    Tuning { agile: true, ..tuning }
+fn with(changes: &[Change]) -> Tuning {
+    changes.iter().fold(PLAIN, |tuning, change| change(tuning))
 }
 
 /// Every combination of changes.
@@ -134,29 +121,27 @@ fn product(changes: &[Change]) -> Vec<Tuning> {
 }
 
 fn tunings(method: &str, range: Range) -> Vec<Tuning> {
-    let (all, few) = match method {
+    // The changes of which every combination is run, and the few settings.
+    let (all, few): (&[Change], &[&[Change]]) = match method {
         "dang" | "mueller-ukf" | "mueller-block" => (
-            product(&[prefiltered, estimated, agile]),
-            vec![PLAIN, agile(PLAIN), prefiltered(PLAIN), agile(prefiltered(PLAIN))],
+            &[PREFILTERED, ESTIMATED, AGILE],
+            &[&[], &[AGILE], &[PREFILTERED], &[PREFILTERED, AGILE]],
         ),
         "hansen" => (
-            product(&[prefiltered, |tuning| estimated(rejecting(tuning)), agile]),
-            vec![PLAIN, prefiltered(rejecting(PLAIN)), agile(prefiltered(PLAIN))],
+            &[PREFILTERED, |tuning| ESTIMATED(REJECTING(tuning)), AGILE],
+            &[&[], &[REJECTING, PREFILTERED], &[PREFILTERED, AGILE]],
         ),
-        "ling-shen" => (
-            product(&[prefiltered, estimated, gated]),
-            vec![PLAIN, gated(PLAIN), gated(prefiltered(PLAIN))],
-        ),
+        "ling-shen" => (&[PREFILTERED, ESTIMATED, GATED], &[&[], &[GATED], &[PREFILTERED, GATED]]),
         "cauchy" => (
-            product(&[prefiltered, |tuning| gated(estimated(tuning)), annealed]),
-            vec![PLAIN, annealed(PLAIN), gated(annealed(prefiltered(PLAIN)))],
+            &[PREFILTERED, |tuning| GATED(ESTIMATED(tuning)), ANNEALED],
+            &[&[], &[ANNEALED], &[PREFILTERED, ANNEALED, GATED]],
         ),
-        "ransac" => (product(&[estimated, gated]), vec![PLAIN, gated(PLAIN)]),
-        "bundle" => (product(&[estimated]), vec![PLAIN]),
-        "paper" => (product(&[prefiltered]), vec![PLAIN, prefiltered(PLAIN)]),
-        _ => (vec![PLAIN], vec![PLAIN]),
+        "ransac" => (&[ESTIMATED, GATED], &[&[], &[GATED]]),
+        "bundle" => (&[ESTIMATED], &[&[]]),
+        "paper" => (&[PREFILTERED], &[&[], &[PREFILTERED]]),
+        _ => (&[], &[&[]]),
     };
-    if range == Range::All { all } else { few }
+    if range == Range::All { product(all) } else { few.iter().map(|few| with(few)).collect() }
 }
 
 #[cfg(test)]

@@ -19,8 +19,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
         let caption = match quantity {
             Quantity::ErrorT | Quantity::ErrorTheta => format!(
                 "{}, rad, of all pairs fused. The best of a row is marked; so are others, if both are below \
-                 the reference's standard error. Gated fit: least squares over the matches within 2 px of the \
-                 reference's rows. It is not an optimum, because the gate is centred on the reference.",
+                 the reference's standard error.",
                 quantity.name()
             ),
             Quantity::SigmaT | Quantity::SigmaTheta => format!(
@@ -37,7 +36,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
 fn table(findings: &Findings<'_>, quantity: Quantity) -> Table {
     let mut columns = vec!["data set, turned, view".to_owned(), "do nothing".into()];
     columns.extend(findings.methods.iter().map(|by| label(by.name())));
-    columns.extend(["gated fit".to_owned(), "reference sd".to_owned()]);
+    columns.push("reference sd".to_owned());
     let mut table = Table::new(quantity.name(), columns);
     for row in findings.rows {
         table.push(cells(findings, row, quantity));
@@ -70,13 +69,6 @@ fn cells(findings: &Findings<'_>, row: &Row<'_>, quantity: Quantity) -> Vec<Cell
         Some((i, error)) => shown(*error).with_hint(findings.variants[*i].tuning.words()),
         None => Cell::missing("none", "no estimate, or fewer than half of the pairs"),
     }));
-    cells.push(match &row.gated_fit {
-        Ok(errors) if matches!(quantity, Quantity::ErrorT | Quantity::ErrorTheta) => {
-            Cell::number(errors[part], 4).faint()
-        }
-        Ok(_) => Cell::missing("", "of all pairs together"),
-        Err(why) => Cell::missing("failed", why),
-    });
     cells.push(match sd {
         Some(sd) => Cell::number(sd, 4).faint(),
         None => Cell::missing("", "not known"),
@@ -96,8 +88,6 @@ fn numbers(findings: &Findings<'_>) -> Csv {
         "e_theta, rad",
         "sigma_t, rad",
         "sigma_theta, rad",
-        "median of t, rad",
-        "median of theta, rad",
         "pairs solved",
         "pairs",
     ];
@@ -110,8 +100,6 @@ fn numbers(findings: &Findings<'_>) -> Csv {
             };
             let fused = errors.map(|errors| errors.fused);
             let sigma = errors.and_then(Errors::sigma);
-            let median = errors.and_then(Errors::median);
-            let three = [fused, sigma, median];
             let mut line = vec![
                 row.set.name.clone(),
                 row.seen.camera.to_owned(),
@@ -119,7 +107,7 @@ fn numbers(findings: &Findings<'_>) -> Csv {
                 by.method.name().to_owned(),
                 by.tuning.words(),
             ];
-            line.extend(three.iter().flat_map(|pair| [text(*pair, 0), text(*pair, 1)]));
+            line.extend([fused, sigma].iter().flat_map(|pair| [text(*pair, 0), text(*pair, 1)]));
             line.push(errors.map_or(0, Errors::solved).to_string());
             line.push(row.seen.pairs.len().to_string());
             numbers.push(line);
@@ -134,7 +122,7 @@ fn spread(findings: &Findings<'_>) -> Figure {
     let legend = names.iter().enumerate();
     let legend = legend.map(|(i, name)| Entry::new(Mark::Bars, Some(curves::shade(i)), name));
     Figure {
-        panels: findings.sets.iter().flat_map(|set| panels(findings, &set.digest)).collect(),
+        panels: findings.sets.iter().flat_map(|set| panels(findings, &set.name)).collect(),
         legend: legend.collect(),
         caption: "Errors of fresh single pairs, root mean square, with the left image turned; a cross if fewer \
                   than half of the pairs have an estimate. For a recording of one pair its error replaces the \
@@ -147,8 +135,8 @@ fn spread(findings: &Findings<'_>) -> Figure {
 }
 
 /// Both errors of one data set.
-fn panels(findings: &Findings<'_>, digest: &str) -> Vec<(Picture, String)> {
-    let of_set = |row: &&Row<'_>| row.set.digest == digest && row.seen.camera != "right";
+fn panels(findings: &Findings<'_>, set: &str) -> Vec<(Picture, String)> {
+    let of_set = |row: &&Row<'_>| row.set.name == set && row.seen.camera != "right";
     let rows: Vec<&Row<'_>> =
         findings.rows.iter().filter(of_set).filter(|row| row.seen.camera != "both").collect();
     let Some(first) = rows.first() else { return Vec::new() };

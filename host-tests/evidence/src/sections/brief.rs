@@ -59,7 +59,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
     section
 }
 
-fn by_quantity(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
+pub(super) fn by_quantity(findings: &Findings<'_>, cells: &[Judged<'_>]) -> Table {
     let heading = [
         "quantity",
         "lost",
@@ -151,9 +151,8 @@ fn unsolved(findings: &Findings<'_>, cells: &[Judged<'_>]) -> String {
 }
 
 fn unsolved_scenes(findings: &Findings<'_>, sweep: &Sweep) -> Vec<String> {
-    let solved = |at: usize| {
-        (0..findings.few.len()).any(|i| rms(&sweep.trials[i][at], |trial| trial.e_t).is_some())
-    };
+    let solved =
+        |at: usize| (0..findings.few.len()).any(|i| rms(&sweep.trials[i][at], 0).is_some());
     let numbered = sweep.values.iter().enumerate();
     let unsolved = numbered.filter(|(at, _)| !solved(*at));
     unsolved.map(|(_, value)| format!("{} {value}", sweep.axis.name())).collect()
@@ -162,7 +161,7 @@ fn unsolved_scenes(findings: &Findings<'_>, sweep: &Sweep) -> Vec<String> {
 /// Errors of `paper` and `ling-shen` over ours on the recordings with outliers, as geometric means: as published, with
 /// the same gate, and with RANSAC in front. Counts the cells whose fused errors keep the order ours, `paper`,
 /// `ling-shen`.
-fn published(findings: &Findings<'_>, ours: &[usize]) -> Table {
+pub(super) fn published(findings: &Findings<'_>, ours: &[usize]) -> Table {
     let heading = [
         "settings",
         "paper over ours: e_t",
@@ -222,15 +221,19 @@ fn with_outliers<'a>(findings: &Findings<'a>, ours: &[usize], rival: usize) -> V
 /// Share of outliers below which a recording counts as one without outliers.
 const FEW_OUTLIERS: f64 = 0.01;
 
-fn over_bounds(findings: &Findings<'_>) -> Table {
+pub(super) fn over_bounds(findings: &Findings<'_>) -> Table {
     let heading = ["scenes", "ours: e_t", "e_theta", "best rival: e_t", "e_theta", "which in e_t"];
     let mut table = Table::new("over_bound", heading.map(String::from));
     let lines = [
+        (SweepAxis::Matches, 16.0, "one pair of 16 matches, no outliers"),
+        (SweepAxis::Matches, 64.0, "one pair of 64 matches, no outliers"),
         (SweepAxis::Outliers, 0.0, "one pair of 256 matches, no outliers"),
         (SweepAxis::Outliers, 0.3, "one pair, 30 % outliers"),
         (SweepAxis::Outliers, 0.5, "one pair, 50 % outliers"),
         (SweepAxis::Outliers, 0.6, "one pair, 60 % outliers"),
         (SweepAxis::Noise, 2.0, "one pair, no outliers, 2 px of noise"),
+        (SweepAxis::Depth, 30.0, "one pair, 10 % outliers, points 30 to 300 baselines away"),
+        (SweepAxis::Depth, 300.0, "one pair, 10 % outliers, points 300 to 3,000 baselines away"),
         (SweepAxis::Pairs, 100.0, "100 pairs fused, 10 % outliers"),
     ];
     for (axis, value, words) in lines {
@@ -263,7 +266,7 @@ fn over_bound(
     let [t, theta] = *sweep.bound[at].as_ref().ok()?;
     let of = |&i: &usize| {
         let trials = &sweep.trials[i][at];
-        let errors = [rms(trials, |x| x.e_t)? / t, rms(trials, |x| x.e_theta)? / theta];
+        let errors = [rms(trials, 0)? / t, rms(trials, 1)? / theta];
         Some((i, errors))
     };
     let [ours, rivals] = [verdict::of_method(findings.few, OURS), verdict::rivals(findings.few)];

@@ -28,8 +28,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
          standard deviation above 0.12 rad, are refused. RANSAC: five points, MSAC at 3 noise deviations, the \
          same for all. Noise: methods are given 0.3 px on recordings, and the true value on generated scenes; \
          or it is estimated from the inliers of RANSAC. Process noise of a filter, for each pair and axis: \
-         1e-5 rad steady, 1e-3 rad agile. On recordings every combination is run, and each cell shows the \
-         best; on generated scenes the combinations of the last column.",
+         1e-5 rad steady, 1e-3 rad agile. On recordings each cell shows the best of all.",
         command,
     ));
     let heading = ["data set", "pairs", "matches", "wrong, %", "sd t, rad", "sd R, rad", "source"];
@@ -47,83 +46,20 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
 }
 
 fn settings(findings: &Findings<'_>) -> Table {
-    let heading = [
-        "method",
-        "gate",
-        "RANSAC in front",
-        "noise scale",
-        "process noise",
-        "loss or rejection",
-        "iterations",
-        "settings on recordings",
-        "on generated scenes",
-    ];
+    let heading = ["method", "settings on recordings", "on generated scenes"];
     let mut table = Table::new("settings", heading.map(String::from));
     for method in findings.methods {
-        let name = method.name();
-        let of = |variants: &[Variant]| -> Vec<String> {
-            let of_method = variants.iter().filter(|by| by.method.name() == name);
-            of_method.map(|by| by.tuning.words()).collect()
+        let of = |variants: &[Variant]| -> String {
+            let of_method = variants.iter().filter(|by| by.method.name() == method.name());
+            of_method.map(|by| by.tuning.words()).collect::<Vec<_>>().join("; ")
         };
-        let mut row = vec![Cell::text(label(name))];
-        row.extend(words(name).map(Cell::text));
-        row.push(Cell::count(of(findings.variants).len()));
-        row.push(Cell::text(of(findings.few).join("; ")));
-        table.push(row);
+        table.push(vec![
+            Cell::text(label(method.name())),
+            Cell::text(of(findings.variants)),
+            Cell::text(of(findings.few)),
+        ]);
     }
     table
-}
-
-/// Gate, RANSAC, noise, process noise, loss, iterations.
-fn words(method: &str) -> [&'static str; 6] {
-    const BOTH: &str = "with and without";
-    const SCALE: &str = "told, estimated";
-    const MEDIAN: &str = "2.5 robust deviations by the median";
-    match method {
-        "robust" => [
-            "0.5 rad, and its own",
-            "no",
-            "estimated",
-            "change detection",
-            "redescending, annealed",
-            "24 passes, 8 more to compare",
-        ],
-        "paper" => ["0.5 rad, 0.12 rad", BOTH, "-", "-", "Huber, 1 px", "100 passes"],
-        "dang" => ["-", BOTH, SCALE, "steady, agile", MEDIAN, "to 1e-9 rad, 60 at most"],
-        "hansen" => {
-            let loss = "Huber, 1 px; or 2.5 robust deviations";
-            [
-                "-",
-                BOTH,
-                "told; estimated with rejection",
-                "steady, agile",
-                loss,
-                "to 1e-9 rad, 60 at most",
-            ]
-        }
-        "ling-shen" => {
-            let loss = "Huber, 1 px; or 1.345 deviations";
-            [BOTH, BOTH, SCALE, "-", loss, "to 1e-9 rad, 60 at most"]
-        }
-        "mueller-ukf" | "mueller-block" => ["-", BOTH, SCALE, "steady, agile", MEDIAN, "10"],
-        "cauchy" => {
-            let loss = "Cauchy, 2.385 deviations, annealed or not";
-            ["with estimated noise", BOTH, SCALE, "-", loss, "to 1e-9 rad, 60 a scale"]
-        }
-        "ransac" => [
-            "0.5 rad; 0.12 rad with and without",
-            "is one",
-            SCALE,
-            "-",
-            "3 deviations",
-            "700 samples at most",
-        ],
-        "bundle" => {
-            let loss = "Cauchy, 2.385 deviations";
-            ["of RANSAC", "starts from it", SCALE, "-", loss, "20 times the unknowns"]
-        }
-        _ => [""; 6],
-    }
 }
 
 fn row(set: &RecordedSet) -> Vec<Cell> {

@@ -3,28 +3,18 @@
 use super::labels::label;
 use crate::findings::Findings;
 use crate::measurement::Measured;
-use crate::sweep::{Sweep, SweepAxis, Trial};
+use crate::sweep::{Sweep, SweepAxis, Trials};
 use crate::verdict::{self, OURS};
 use page::chart::curves::{self, Curve, Line, Scale};
 use page::report::{Csv, Entry, Figure, Mark, Picture, Section};
 use sim::stats;
 
-/// Axis and caption of the figures of a sweep.
-struct Words {
-    x: &'static str,
-    log: bool,
-    caption: &'static str,
-}
+/// The errors of a trial.
+const PARTS: [&str; 2] = ["e_t, rad", "e_theta, rad"];
 
-/// A number of a trial.
-pub(super) type Of = fn(&Trial) -> f64;
-
-const ERRORS: [(&str, Of); 2] = [("e_t, rad", |t| t.e_t), ("e_theta, rad", |t| t.e_theta)];
-const OFFSETS: [(&str, Of); 2] =
-    [("row offset, px", |t| t.row_px), ("reprojection error, px", |t| t.reprojection_px)];
-
-fn words(axis: SweepAxis) -> Words {
-    let (x, log, caption) = match axis {
+/// Axis, whether it is logarithmic, and caption of the figures of a sweep.
+fn words(axis: SweepAxis) -> (Scale, &'static str) {
+    let (name, log, caption) = match axis {
         SweepAxis::Matches => (
             "matches a pair",
             true,
@@ -59,38 +49,23 @@ fn words(axis: SweepAxis) -> Words {
              the image.",
         ),
     };
-    Words { x, log, caption }
+    (Scale { name: name.into(), log }, caption)
 }
 
-pub(super) fn sections(findings: &Findings<'_>) -> Vec<Section> {
-    let mut noise = Section::new("Rows and reprojection against matches and noise");
-    noise.text(
-        "These figures follow the supplement of the paper. Generated pairs without outliers, from a rig 5 \
-         degrees off about all axes with t 5 degrees off: distance in px of the true, noise-free points from \
-         their row after rectification by the estimate of one pair, and from their reprojection in each image.",
-    );
-    let mut sections = vec![noise];
-    let mut errors = Section::new("Error against outliers, pairs, depth and band");
-    errors.text(
-        "The same rig. Curves are root mean squares over the scenes in which a method has an estimate; the \
-         scenes are the same for all methods. A curve ends where fewer than half of the scenes have an \
-         estimate; a third panel shows the share without one, if any. The dashed black line is the Cramer-Rao \
-         bound of the true matches: no unbiased estimate has a smaller error. The best rival is chosen anew at \
-         every point. The CSV files have the medians.",
+pub(super) fn section(findings: &Findings<'_>) -> Section {
+    let mut section = Section::new("Error against matches, noise, outliers, pairs, depth and band");
+    section.text(
+        "Generated pairs from a rig 5 degrees off about all axes with t 5 degrees off. Curves are root mean \
+         squares over the scenes in which a method has an estimate; the scenes are the same for all methods. A \
+         curve ends where fewer than half of the scenes have an estimate; a third panel shows the share without \
+         one, if any. The dashed black line is the Cramer-Rao bound of the true matches: no unbiased estimate has \
+         a smaller error. The best rival is chosen anew at every point. The CSV files have the medians.",
     );
     for sweep in &findings.sweeps {
-        let place = usize::from(!matches!(sweep.axis, SweepAxis::Matches | SweepAxis::Noise));
-        if place == 0 {
-            sections[0].figure(figure(findings, sweep, "px", &OFFSETS));
-        }
-        let all = [&mut sections[0], &mut errors];
-        all.into_iter().nth(place).into_iter().for_each(|section| {
-            section.figure(figure(findings, sweep, "rad", &ERRORS));
-            section.figure(multiples(findings, sweep));
-        });
+        section.figure(figure(findings, sweep));
+        section.figure(multiples(findings, sweep));
     }
-    sections.push(errors);
-    sections
+    section
 }
 
 /// Names and indices among the variants: ours, all rivals, the paper's method.
@@ -103,28 +78,21 @@ fn sides(findings: &Findings<'_>) -> [(&'static str, Vec<usize>, Line); 3] {
     ]
 }
 
-/// Each value of the sweep, with the least root mean square error of the methods `among`.
-fn least(sweep: &Sweep, among: &[usize], of: Of) -> Vec<(f64, Option<f64>)> {
-    let at = |at: usize| {
-        let all = among.iter().filter_map(|&i| rms(&sweep.trials[i][at], of));
-        all.min_by(f64::total_cmp)
-    };
+/// Each value of the sweep, with the least of a number of the methods `among`.
+fn least(
+    sweep: &Sweep,
+    among: &[usize],
+    of: impl Fn(&Measured<Trials>) -> Option<f64>,
+) -> Vec<(f64, Option<f64>)> {
+    let at =
+        |at: usize| among.iter().filter_map(|&i| of(&sweep.trials[i][at])).min_by(f64::total_cmp);
     sweep.values.iter().enumerate().map(|(i, &x)| (x, at(i))).collect()
 }
 
-/// Each value of the sweep, with the least share of scenes without an estimate of the methods `among`.
-fn failures(sweep: &Sweep, among: &[usize]) -> Vec<(f64, Option<f64>)> {
-    let share = |trials: &Measured<Vec<Option<Trial>>>| {
-        let trials = trials.as_ref().ok()?;
-        let [all, none] = [trials.len(), trials.iter().filter(|t| t.is_none()).count()]
-            .map(|n| u32::try_from(n).map_or(f64::NAN, f64::from));
-        Some(none / all.max(1.0))
-    };
-    let at = |at: usize| {
-        let all = among.iter().filter_map(|&i| share(&sweep.trials[i][at]));
-        all.min_by(f64::total_cmp)
-    };
-    sweep.values.iter().enumerate().map(|(i, &x)| (x, at(i))).collect()
+/// Share of the scenes without an estimate.
+fn without(trials: &Measured<Trials>) -> Option<f64> {
+    let trials = trials.as_ref().ok()?;
+    stats::mean(trials.iter().map(|trial| f64::from(u8::from(trial.is_none()))))
 }
 
 fn bound(sweep: &Sweep, part: usize) -> Curve {
@@ -133,98 +101,98 @@ fn bound(sweep: &Sweep, part: usize) -> Curve {
     Curve { color: None, line: Line::Broken, points }
 }
 
-fn figure(findings: &Findings<'_>, sweep: &Sweep, unit: &str, parts: &[(&str, Of); 2]) -> Figure {
-    let words = words(sweep.axis);
-    let x = Scale { name: words.x.into(), log: words.log };
-    let bounded = unit == "rad";
+fn legend() -> Vec<Entry> {
+    let names = ["robust (ours)", "best rival", "paper, best setting"];
+    let entry = |(i, name): (usize, &&str)| Entry::new(Mark::Line, Some(curves::shade(i)), name);
+    let bound = Entry::new(Mark::Dashes, None, "Cramer-Rao bound");
+    names.iter().enumerate().map(entry).chain([bound]).collect()
+}
+
+/// The chart of an error: the bound, and the curves of ours, the best rival and the paper.
+fn chart(findings: &Findings<'_>, sweep: &Sweep, part: usize) -> String {
     let sides = sides(findings);
-    let curve = |i: usize, line, points| Curve { color: Some(curves::shade(i)), line, points };
-    let panel = |(part, (y, of)): (usize, &(&str, Of))| {
-        let numbered = sides.iter().enumerate();
-        let mut all: Vec<Curve> = numbered
-            .map(|(i, (_, among, line))| curve(i, *line, least(sweep, among, *of)))
-            .collect();
-        if bounded {
-            all.push(bound(sweep, part));
-        }
-        // Ours is drawn last, on top.
-        all.reverse();
-        (Picture::Svg(curves::curves(y, &x, &all)), format!("{y} over {}", words.x))
+    let curve = |(i, (_, among, line)): (usize, &(_, Vec<usize>, Line))| {
+        let points = least(sweep, among, |trials| rms(trials, part));
+        Curve { color: Some(curves::shade(i)), line: *line, points }
     };
-    let mut panels: Vec<(Picture, String)> = parts.iter().enumerate().map(panel).collect();
-    let numbered = sides.iter().enumerate().rev();
-    let without: Vec<Curve> =
-        numbered.map(|(i, (_, among, line))| curve(i, *line, failures(sweep, among))).collect();
+    // Ours is drawn last, on top.
+    let all = sides.iter().enumerate().map(curve).rev();
+    let all: Vec<Curve> = [bound(sweep, part)].into_iter().chain(all).collect();
+    curves::curves(PARTS[part], &words(sweep.axis).0, &all)
+}
+
+/// The chart of `e_t` and its legend.
+pub(super) fn of_document(
+    findings: &Findings<'_>,
+    axis: SweepAxis,
+) -> Option<(String, Vec<Entry>)> {
+    let sweep = findings.sweeps.iter().find(|sweep| sweep.axis == axis)?;
+    Some((chart(findings, sweep, 0), legend()))
+}
+
+fn figure(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
+    let (x, caption) = words(sweep.axis);
+    let panel = |part: usize| {
+        let title = format!("{} over {}", PARTS[part], x.name);
+        (Picture::Svg(chart(findings, sweep, part)), title)
+    };
+    let mut panels = vec![panel(0), panel(1)];
+    let sides = sides(findings);
+    let curve = |(i, (_, among, line)): (usize, &(_, Vec<usize>, Line))| Curve {
+        color: Some(curves::shade(i)),
+        line: *line,
+        points: least(sweep, among, without),
+    };
+    let shares: Vec<Curve> = sides.iter().enumerate().map(curve).rev().collect();
     let solved =
-        without.iter().flat_map(|curve| &curve.points).all(|(_, share)| *share == Some(0.0));
-    if bounded && !solved {
+        shares.iter().flat_map(|curve| &curve.points).all(|(_, share)| *share == Some(0.0));
+    if !solved {
         let title = "share of scenes without an estimate";
-        panels.push((
-            Picture::Svg(curves::shares(title, &x, &without)),
-            format!("{title} over {}", words.x),
-        ));
-    }
-    let numbered = sides.iter().enumerate();
-    let entry = |(i, (name, ..)): (usize, &(&str, _, _))| {
-        Entry::new(Mark::Line, Some(curves::shade(i)), name)
-    };
-    let mut legend: Vec<Entry> = numbered.map(entry).collect();
-    if bounded {
-        legend.push(Entry::new(Mark::Dashes, None, "Cramer-Rao bound"));
+        let svg = curves::shares(title, &x, &shares);
+        panels.push((Picture::Svg(svg), format!("{title} over {}", x.name)));
     }
     let scenes = sweep.trials.iter().flatten().flatten().map(Vec::len).max().unwrap_or(0);
     Figure {
         panels,
-        legend,
+        legend: legend(),
         caption: format!(
-            "{} {scenes} scenes a point: chance alone changes a curve by {:.0} % (1 sd).{} If curves coincide, \
-             ours is on top.",
-            words.caption,
+            "{caption} {scenes} scenes a point: chance alone changes a curve by {:.0} % (1 sd).{} If curves \
+             coincide, ours is on top.",
             100.0 * chance(scenes),
             if solved { " All curves have an estimate in every scene." } else { "" },
         ),
         command: findings.request.command.clone(),
-        numbers: numbers(
-            findings,
-            sweep,
-            &format!("{}_{unit}", sweep.axis.name()),
-            words.x,
-            parts,
-            bounded,
-        ),
+        numbers: numbers(findings, sweep, &x.name),
     }
 }
 
 /// Small multiples: `e_t` of each rival at its best setting, beside ours and the bound.
 fn multiples(findings: &Findings<'_>, sweep: &Sweep) -> Figure {
-    let words = words(sweep.axis);
-    let x = Scale { name: words.x.into(), log: words.log };
-    let of: Of = |trial| trial.e_t;
-    let rivals = findings.methods.iter().map(|by| by.name()).filter(|name| *name != OURS);
-    let curve = |i: usize, line, method: &str| {
-        let points = least(sweep, &verdict::of_method(findings.few, method), of);
-        Curve { color: Some(curves::shade(i)), line, points }
+    let (x, _) = words(sweep.axis);
+    let points = |method: &str| {
+        least(sweep, &verdict::of_method(findings.few, method), |trials| rms(trials, 0))
     };
-    let mut numbers =
-        Csv::new(&format!("{}_each", sweep.axis.name()), &[words.x, "method", "e_t, rad"]);
+    let name = format!("{}_each", sweep.axis.name());
+    let mut numbers = Csv::new(&name, &[&x.name, "method", "e_t, rad"]);
     for by in findings.methods {
-        for (x, y) in least(sweep, &verdict::of_method(findings.few, by.name()), of) {
+        for (x, y) in points(by.name()) {
             let y = y.map_or(String::new(), |y| y.to_string());
             numbers.push([x.to_string(), by.name().to_owned(), y]);
         }
     }
+    let curve =
+        |i, line, name: &str| Curve { color: Some(curves::shade(i)), line, points: points(name) };
     let panel = |name: &str| {
         let all = [curve(1, Line::Thin, name), curve(0, Line::Broad, OURS), bound(sweep, 0)];
         let title = format!("{}: e_t, rad", label(name));
         (Picture::Svg(curves::curves(&title, &x, &all)), title)
     };
+    let mut legend = legend();
+    legend.splice(1..3, [Entry::new(Mark::Line, Some(curves::shade(1)), "the method named")]);
+    let rivals = findings.methods.iter().map(|by| by.name()).filter(|name| *name != OURS);
     Figure {
         panels: rivals.map(panel).collect(),
-        legend: vec![
-            Entry::new(Mark::Line, Some(curves::shade(0)), "robust (ours)"),
-            Entry::new(Mark::Line, Some(curves::shade(1)), "the method named"),
-            Entry::new(Mark::Dashes, None, "Cramer-Rao bound"),
-        ],
+        legend,
         caption: "The same scenes, one panel a method, at the best of its settings in each point."
             .into(),
         command: findings.request.command.clone(),
@@ -237,38 +205,30 @@ fn chance(scenes: usize) -> f64 {
     (0.5 / f64::from(u32::try_from(scenes.max(1)).unwrap_or(u32::MAX))).sqrt()
 }
 
-fn numbers(
-    findings: &Findings<'_>,
-    sweep: &Sweep,
-    name: &str,
-    x: &str,
-    parts: &[(&str, Of); 2],
-    bounded: bool,
-) -> Csv {
-    let [(a, of_a), (b, of_b)] = *parts;
-    let [rms_a, rms_b] = [a, b].map(|name| format!("RMS {name}"));
-    let [median_a, median_b] = [a, b].map(|name| format!("median {name}"));
+fn numbers(findings: &Findings<'_>, sweep: &Sweep, x: &str) -> Csv {
+    let [t, r] = PARTS;
+    let [rms_t, rms_r] = [t, r].map(|name| format!("RMS {name}"));
+    let [median_t, median_r] = [t, r].map(|name| format!("median {name}"));
     let heading =
-        [x, "method", &rms_a, &rms_b, &median_a, &median_b, "trials", "without an estimate"];
-    let mut csv = Csv::new(name, &heading);
+        [x, "method", &rms_t, &rms_r, &median_t, &median_r, "trials", "without an estimate"];
+    let mut csv = Csv::new(&format!("{}_rad", sweep.axis.name()), &heading);
     let text = |value: Option<f64>| value.map_or(String::new(), |value| value.to_string());
     for (by, trials) in findings.few.iter().zip(&sweep.trials) {
         for (value, trials) in sweep.values.iter().zip(trials) {
             let count = trials.as_ref().map_or(0, Vec::len);
-            let none = trials.as_ref().map_or(0, |t| t.iter().filter(|t| t.is_none()).count());
             csv.push([
                 value.to_string(),
                 by.name(),
-                text(rms(trials, of_a)),
-                text(rms(trials, of_b)),
-                text(stats::median(numbers_of(trials, of_a))),
-                text(stats::median(numbers_of(trials, of_b))),
+                text(rms(trials, 0)),
+                text(rms(trials, 1)),
+                text(stats::median(errors(trials, 0))),
+                text(stats::median(errors(trials, 1))),
                 count.to_string(),
-                none.to_string(),
+                (count - errors(trials, 0).len()).to_string(),
             ]);
         }
     }
-    for (value, bound) in sweep.values.iter().zip(&sweep.bound).filter(|_| bounded) {
+    for (value, bound) in sweep.values.iter().zip(&sweep.bound) {
         let bound = |part: usize| text(bound.as_ref().ok().map(|bound| bound[part]));
         let empty = String::new;
         let name = "Cramer-Rao bound".to_owned();
@@ -277,15 +237,15 @@ fn numbers(
     csv
 }
 
-fn numbers_of(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Vec<f64> {
-    trials.iter().flatten().flatten().map(of).collect()
+fn errors(trials: &Measured<Trials>, part: usize) -> Vec<f64> {
+    trials.iter().flatten().flatten().map(|errors| errors[part]).collect()
 }
 
 /// RMS over the trials with an estimate; `None` if fewer than half of the trials have one.
-pub(super) fn rms(trials: &Measured<Vec<Option<Trial>>>, of: Of) -> Option<f64> {
-    let numbers = numbers_of(trials, of);
-    if 2 * numbers.len() < trials.as_ref().map_or(0, Vec::len) {
+pub(super) fn rms(trials: &Measured<Trials>, part: usize) -> Option<f64> {
+    let errors = errors(trials, part);
+    if 2 * errors.len() < trials.as_ref().map_or(0, Vec::len) {
         return None;
     }
-    stats::rms(numbers)
+    stats::rms(errors)
 }

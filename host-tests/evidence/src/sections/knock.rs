@@ -2,7 +2,6 @@
 
 use super::labels::named;
 use crate::findings::Findings;
-use crate::on_recorded::ErrorPair;
 use crate::rivals::Variant;
 use crate::step_response::{PAIRS, StepResponse, TURN_DEG};
 use crate::verdict::OURS;
@@ -41,19 +40,29 @@ fn at(response: &StepResponse, after: usize) -> Option<f64> {
 }
 
 fn table(findings: &Findings<'_>) -> Table {
+    let all = findings.step_responses.iter();
+    rows("after_a_knock", all.map(|(by, response)| (named(by), response)).collect())
+}
+
+/// The rows of the methods that are drawn.
+pub(super) fn drawn_rows(findings: &Findings<'_>) -> Table {
+    rows("after_a_knock", drawn(findings))
+}
+
+fn rows(name: &str, responses: Vec<(String, &StepResponse)>) -> Table {
     let heading = ["method, settings", "before", "after 1 pair", "after 3", "after 10"];
-    let mut table = Table::new("after_a_knock", heading.map(String::from));
+    let mut table = Table::new(name, heading.map(String::from));
     let best = AFTER.map(|after| {
-        let all = findings.step_responses.iter().filter_map(|(_, response)| at(response, after));
+        let all = responses.iter().filter_map(|(_, response)| at(response, after));
         all.fold(f64::INFINITY, f64::min)
     });
-    for (by, response) in &findings.step_responses {
+    for (name, response) in responses {
         let cell = |(after, best): (usize, f64)| match at(response, after) {
             Some(e) if e <= best => Cell::number(e, 5).best(),
             Some(e) => Cell::number(e, 5),
             None => Cell::missing("none", "an estimate in fewer than half of the runs"),
         };
-        let mut row = vec![Cell::text(named(by))];
+        let mut row = vec![Cell::text(name)];
         row.extend(AFTER.into_iter().zip(best).map(cell));
         table.push(row);
     }
@@ -78,22 +87,28 @@ fn drawn<'a>(findings: &'a Findings<'_>) -> Vec<(String, &'a StepResponse)> {
     all.map(|(by, response)| (named(by), response)).collect()
 }
 
-fn figure(findings: &Findings<'_>) -> Figure {
+/// The chart of an error, and its legend.
+pub(super) fn chart(findings: &Findings<'_>, part: usize) -> (String, Vec<Entry>) {
     let drawn = drawn(findings);
-    let panel = |(part, name): (usize, &&str)| {
-        let numbered = drawn.iter().enumerate();
-        let mut all: Vec<Curve> = numbered
-            .map(|(i, (_, response))| {
-                let errors = response.iter().map(|e: &Option<ErrorPair>| e.map(|e| e[part]));
-                let points = (0_u32..).map(f64::from).zip(errors).collect();
-                let line = if i == 0 { Line::Broad } else { Line::Thin };
-                Curve { color: Some(curves::shade(i)), line, points }
-            })
-            .collect();
-        all.reverse();
-        let x = Scale { name: "pair".into(), log: false };
-        let y = format!("{name}, rad");
-        (Picture::Svg(curves::curves(&y, &x, &all)), format!("{y} over pairs"))
+    let curve = |(i, (_, response)): (usize, &(String, &StepResponse))| {
+        let errors = response.iter().map(|errors| errors.map(|errors| errors[part]));
+        let points = (0_u32..).map(f64::from).zip(errors).collect();
+        let line = if i == 0 { Line::Broad } else { Line::Thin };
+        Curve { color: Some(curves::shade(i)), line, points }
+    };
+    // Ours is drawn last, on top.
+    let all: Vec<Curve> = drawn.iter().enumerate().map(curve).rev().collect();
+    let x = Scale { name: "pair".into(), log: false };
+    let entry = |(i, (name, _)): (usize, &(String, _))| {
+        Entry::new(Mark::Line, Some(curves::shade(i)), name)
+    };
+    let svg = curves::curves(&format!("{}, rad", PARTS[part]), &x, &all);
+    (svg, drawn.iter().enumerate().map(entry).collect())
+}
+
+fn figure(findings: &Findings<'_>) -> Figure {
+    let panel = |part: usize| {
+        (Picture::Svg(chart(findings, part).0), format!("{}, rad over pairs", PARTS[part]))
     };
     let mut numbers = Csv::new("step", &["pair", "method", "e_t, rad", "e_theta, rad"]);
     for (by, response) in &findings.step_responses {
@@ -102,12 +117,9 @@ fn figure(findings: &Findings<'_>) -> Figure {
             numbers.push([pair.to_string(), by.name(), text(0), text(1)]);
         }
     }
-    let legend = drawn.iter().enumerate();
     Figure {
-        panels: PARTS.iter().enumerate().map(panel).collect(),
-        legend: legend
-            .map(|(i, (name, _))| Entry::new(Mark::Line, Some(curves::shade(i)), name))
-            .collect(),
+        panels: [0, 1].map(panel).into(),
+        legend: chart(findings, 0).1,
         caption: format!(
             "Error of the running estimate after each pair, root mean square over {} runs: ours, the rival that \
              is best without and the one that is best with agile process noise.",

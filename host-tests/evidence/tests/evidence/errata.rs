@@ -88,7 +88,7 @@ fn erratum_7_a_huber_weight_alone_does_not_survive_gross_outliers() {
         Deviation::between(&fused, &tilted()).translation
     };
     let [clean, dirty] = [0.0, 0.5].map(error);
-    assert!(dirty > 10.0 * clean, "{clean:e} {dirty:e}: the limit in EVIDENCE.md is out of date");
+    assert!(dirty > 10.0 * clean, "{clean:e} {dirty:e}: the limit in limits.md is out of date");
 }
 
 #[test]

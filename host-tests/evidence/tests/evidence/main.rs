@@ -5,6 +5,7 @@ mod errata;
 mod evaluate;
 mod pictures;
 mod recorded;
+mod tables;
 
 use test_support::Program;
 

@@ -8,7 +8,6 @@ use image::{Rgb, RgbImage};
 use super::grey::Grey;
 use super::rectification::Rectification;
 use page::chart::palette::{self, SERIES, viridis};
-use page::chart::{Anchor, Style, Svg};
 use page::report::Picture;
 
 /// Colour of a pixel without disparity; no colour of the map is grey.
@@ -107,16 +106,6 @@ fn jpeg(image: &RgbImage) -> Result<Picture> {
     let mut bytes = Vec::new();
     JpegEncoder::new_with_quality(&mut bytes, QUALITY).encode_image(&small)?;
     Ok(Picture::Jpeg(bytes))
-}
-
-/// Placeholder for a missing rectified pair.
-pub fn missing_picture(size: [u16; 2], words: &str) -> Picture {
-    let [width, height] = size.map(f64::from);
-    let mut svg = Svg::new([width, height]);
-    svg.text([width / 2.0, height / 2.0], height / 16.0, Anchor::Middle, words);
-    let frame = [[0.0; 2], [width, height]];
-    svg.rectangle(frame, Style::line(palette::Rgb::BLACK, 2.0).opacity(0.5));
-    Picture::Svg(svg.finish())
 }
 
 fn pixel(palette::Rgb(r, g, b): palette::Rgb) -> Rgb<u8> {

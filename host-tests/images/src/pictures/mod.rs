@@ -6,7 +6,7 @@ mod rectification;
 mod sgm;
 mod warp;
 
-pub use encode::{before_and_after, disparity_picture, missing_picture, pair_picture};
+pub use encode::{before_and_after, disparity_picture, pair_picture};
 pub use grey::Grey;
 pub use rectification::{Rectification, StereoImages};
 pub use sgm::{Disparities, share};

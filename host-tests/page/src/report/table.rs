@@ -92,6 +92,12 @@ impl Cell {
         Self { hint: Some(hint.into()), ..self }
     }
 
+    /// The text that the cell shows.
+    #[must_use]
+    pub fn shown(&self) -> &str {
+        &self.shown
+    }
+
     fn markup(&self) -> Markup {
         let key = self.number.map(|number| number.to_string());
         html! {

@@ -11,7 +11,8 @@ use crate::call::selfcal;
 
 const README: &str = include_str!("../../../../README.md");
 const CRATE: &str = include_str!("../../../../core/docs/crate.md");
-const EVIDENCE: &str = include_str!("../../../EVIDENCE.md");
+const BY_TESTS: &str = include_str!("../../../evidence/tables/by-tests.md");
+const RECORDED: &str = include_str!("../../../evidence/tables/recorded.csv");
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).ancestors().nth(2).unwrap()
@@ -56,13 +57,6 @@ fn commands(start: &str) -> Vec<String> {
     let found: Vec<_> = all.filter_map(|c| c.strip_prefix(start).map(str::to_owned)).collect();
     assert!(!found.is_empty(), "no `{start}`");
     found
-}
-
-/// Cells of the rows below a header, up to the end of the table.
-fn table(header: &str) -> Vec<Vec<&'static str>> {
-    let after = EVIDENCE.split_once(header).unwrap_or_else(|| panic!("no table {header}")).1;
-    let rows = after.lines().skip(2).take_while(|line| line.starts_with('|'));
-    rows.map(|row| row.trim_matches('|').split('|').map(str::trim).collect()).collect()
 }
 
 #[test]
@@ -158,12 +152,9 @@ fn cargo_knows_the_tests_and_benches_of_the_documents() {
     for call in commands("cargo test -p ").into_iter().chain(commands("cargo bench -p ")) {
         let mut words = call.split(" -- ").next().unwrap().split(' ');
         let mut folder = root().join(match words.next().unwrap() {
-            "stereo-selfcal" => "core",
-            "stereo-selfcal-capi" => "core/capi",
-            "selfcal-evidence" => "host-tests/evidence",
-            "rivals" => "host-tests/rivals",
-            "selfcal" => "host-tests/selfcal",
-            package => package,
+            "stereo-selfcal" => "core".into(),
+            "stereo-selfcal-capi" => "core/capi".into(),
+            package => format!("host-tests/{package}"),
         });
         let mut filter = None;
         while let Some(word) = words.next() {
@@ -198,53 +189,28 @@ fn shows(cell: &str, value: &Value) -> bool {
 
 #[test]
 fn the_rows_of_the_recorded_data_are_what_a_replay_gives() {
-    let rows = table("| data | preset | fused |");
+    let rows: Vec<Vec<&str>> =
+        RECORDED.lines().skip(1).map(|row| row.split(',').collect()).collect();
     assert_eq!(rows.len(), 13);
-    let mut data = "";
+    let fields = [
+        "pairs",
+        "accepted",
+        "e_t",
+        "e_theta",
+        "sd_translation",
+        "sd_rotation",
+        "rms_px_before",
+        "rms_px_after",
+    ];
     for row in rows {
-        data = if row[0].is_empty() { data } else { row[0] };
-        let data = data.replace('`', "");
-        let data: Vec<&str> = data.split(' ').collect();
-        let arguments = [&["replay"], &data[..], &["--preset", row[1], "--json"]].concat();
-        let json: Value = serde_json::from_str(&selfcal(&arguments).stdout()).unwrap();
-        let data = data.join(" ");
-        let state = if row[1] == "robust" { json["state"].as_str() } else { None };
-        let mut fused = format!("{} of {}", json["accepted"], json["pairs"]);
-        fused.extend(state.into_iter().flat_map(|state| [", ", state]));
-        assert_eq!(row[2], fused, "{data}");
-        let (sd_t, sd_r) = row[5].split_once(", ").unwrap();
-        let (before, after) = row[6].split_once(" to ").unwrap();
-        let cells = [row[3], row[4], sd_t, sd_r, before, after];
-        let fields =
-            ["e_t", "e_theta", "sd_translation", "sd_rotation", "rms_px_before", "rms_px_after"];
-        for (cell, field) in cells.into_iter().zip(fields) {
-            assert!(shows(cell, &json[field]), "{data}, {field}: {cell} is {}", json[field]);
+        let arguments: Vec<&str> = ["replay"].into_iter().chain(row[0].split(' ')).collect();
+        let json = selfcal(&[&arguments[..], &["--json"]].concat()).stdout();
+        let json: Value = serde_json::from_str(&json).unwrap();
+        let locked = json["state"].as_str().unwrap().starts_with("locked");
+        assert!(shows(row[3], &f64::from(u8::from(locked)).into()), "{}: {locked}", row[0]);
+        for (cell, field) in row[1..3].iter().chain(&row[4..]).zip(fields) {
+            assert!(shows(cell, &json[field]), "{}, {field}: {cell} is {}", row[0], json[field]);
         }
-    }
-}
-
-#[test]
-fn the_quick_rows_of_the_campaigns_are_what_they_measure() {
-    let equal = selfcal(&["tables", "--check"]).stdout();
-    assert!(equal.lines().count() >= 6, "{equal}");
-}
-
-/// Runs `selfcal matcher` and returns the last two numbers of its last line: geometric means for `t` and for `R`.
-fn means_of_the_matcher(args: &[&str]) -> [String; 2] {
-    let text = selfcal(&[&["matcher"], args].concat()).stdout();
-    let last = text.lines().last().and_then(|line| line.strip_prefix("geometric mean"));
-    let means: Vec<&str> = last.unwrap_or_else(|| panic!("{text}")).split_whitespace().collect();
-    [2, 1].map(|from_end| means[means.len() - from_end].to_owned())
-}
-
-#[test]
-fn the_means_of_the_matcher_are_what_it_measures() {
-    let made = tempfile::tempdir().unwrap();
-    let made = ["--made", made.path().to_str().unwrap()];
-    for (of, args) in [("15 views", &[][..]), ("12 pairs", &made)] {
-        let [t, r] = means_of_the_matcher(args);
-        let stated = format!("Geometric mean over the {of}: `e_t` {t}, `e_theta` {r}");
-        assert!(EVIDENCE.contains(&stated), "{stated}");
     }
 }
 
@@ -258,10 +224,10 @@ fn sizes_match_the_types() {
     let calibrator = bytes(size_of::<Calibrator<f32, 256>>());
     assert!(README.contains(&format!("256 matches a pair: {calibrator} bytes")), "{calibrator}");
     assert!(
-        EVIDENCE.contains(&format!("each correspondence | {calibrator} bytes")),
+        BY_TESTS.contains(&format!("each correspondence | {calibrator} bytes")),
         "{calibrator}"
     );
     let record = bytes(Calibrator::<f32, 256>::SNAPSHOT_BYTES);
     let factory = bytes(FactoryCalibration::<f32>::BYTES);
-    assert!(EVIDENCE.contains(&format!("| {record} bytes; {factory} |")), "{record}, {factory}");
+    assert!(BY_TESTS.contains(&format!("| {record} bytes; {factory} |")), "{record}, {factory}");
 }

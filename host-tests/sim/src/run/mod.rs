@@ -10,8 +10,6 @@ mod lens_tracking;
 mod log;
 pub mod monte_carlo;
 pub mod progress;
-pub mod real_figures;
-pub mod real_rigs;
 pub mod refused;
 mod replay;
 mod step;

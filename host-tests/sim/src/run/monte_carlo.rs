@@ -1,21 +1,20 @@
-//! Monte Carlo: many runs of a scenario against the best possible estimate from its data.
+//! Monte Carlo: many runs of a scenario, as on a vehicle, against the best possible estimate from its data.
 //!
-//! A run is compared with the joint maximum-likelihood fit of the true matches of all its pairs. A single pair is
-//! compared with the Cramer-Rao bound of its true matches.
+//! The health is read and the estimate applied after every pair. A run is compared with the joint maximum-likelihood
+//! fit and the Cramer-Rao bound of the true matches of all its pairs.
 
 use anyhow::{Context, Result};
 use rayon::prelude::*;
 use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Extrinsics, FactoryCalibration, Fused, Intrinsics, Lens,
-    Proposal, Reason, Scalar, State,
+    Calibrator, Camera, Cameras, Config, Extrinsics, FactoryCalibration, Fused, Health, Intrinsics,
+    Lens, Proposal, Scalar, State,
 };
 
-use super::estimate::doubt;
-use crate::bounds::{cramer_rao, joint_fit};
-use crate::synth::{Rangefinder, Scenario, ScenarioPair, Scene, SynthPair};
-use rigs::data::{Match, Rays, in_f64};
+use crate::bounds::{cramer_rao, try_joint_fit};
+use crate::synth::{Rangefinder, Scenario, Scene, SynthPair, Witnessed};
+use rigs::data::{Match, Rays, in_f64, ranges, tracked};
 
 /// Capacity of the calibrators: the largest number of matches of a pair of any scenario kind by default.
 pub const CAPACITY: usize = 512;
@@ -41,12 +40,27 @@ pub struct AfterPair {
     pub error: Deviation<f64>,
     /// Error of the extrinsics in use, after an attempt to apply the estimate.
     pub in_use: Deviation<f64>,
+    /// Reported standard deviation, with the lens uncertain.
+    pub sd: Deviation<f64>,
     /// Error divided by its reported standard deviation with the lens as given, the larger ratio of `R` and `t`.
     pub error_in_sd: f64,
     /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
     pub nees: f64,
-    /// The strongest reason against the estimate that comes from the matches.
-    pub doubt: Option<Reason>,
+    /// Whether the health permitted arming.
+    pub armed: bool,
+    /// Estimated vibration of `R` and of `t`, rad RMS.
+    pub vibration: [f64; 2],
+    /// RMS row offset with the extrinsics in use before the estimate was applied, px; NaN without a health.
+    pub in_use_px: f64,
+}
+
+impl AfterPair {
+    /// Error over reported standard deviation with the lens uncertain, of `t` and of `R`.
+    #[must_use]
+    pub fn in_sd(&self) -> [f64; 2] {
+        let Deviation { translation, rotation } = self.error;
+        [translation / self.sd.translation, rotation / self.sd.rotation]
+    }
 }
 
 /// One run.
@@ -54,10 +68,14 @@ pub struct AfterPair {
 pub struct Run {
     /// State after each pair; `None` before the first estimate.
     pub pairs: Vec<Option<AfterPair>>,
-    /// Error of the joint fit of all true matches; `None` if the rig moves, or there are fewer than [`FEW`].
+    /// Error of `R = I`, `t = (-1, 0, 0)` against the truth of the last pair.
+    pub start: Deviation<f64>,
+    /// Error of the joint fit of all true matches; `None` if the rig moves, there are fewer than [`FEW`], or the fit
+    /// fails.
     pub joint_fit: Option<Deviation<f64>>,
-    /// Cramer-Rao bound of the last pair's true matches; NaN for fewer than [`FEW`].
-    pub bound: Deviation<f64>,
+    /// Cramer-Rao bound of all true matches, as if all noise were independent; `None` if the rig moves, or there are
+    /// fewer than [`FEW`].
+    pub bound: Option<Deviation<f64>>,
 }
 
 impl Run {
@@ -117,7 +135,7 @@ pub fn long_run<T: Scalar>(
     // `Scenario::frames` is not used, because it checks the scene of every pair. For a million pairs the checks take
     // hours.
     for (at, pair) in (1..=scenario.pairs).zip(scenario.scene.pairs(seed)) {
-        let after_pair = step(&mut calibrator, &pair, &scenario.scene.rig);
+        let after_pair = step(&mut calibrator, &pair, None, &scenario.scene.rig);
         if at == due || at == scenario.pairs {
             kept.extend(after_pair.map(|after_pair| (at, after_pair)));
             due *= 10;
@@ -128,7 +146,7 @@ pub fn long_run<T: Scalar>(
 }
 
 /// Nominal cameras of a generated scene.
-pub(super) fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
+fn cameras<T: Scalar>(scene: &Scene) -> Result<Cameras<T>> {
     let centre = scene.size.map(|n| T::lit(f64::from(n - 1) / 2.0));
     let intrinsics =
         Intrinsics { focal: [T::lit(scene.focal); 2], principal: centre, size: scene.size };
@@ -164,67 +182,83 @@ pub fn calibrator<T: Scalar>(
 fn step<T: Scalar>(
     calibrator: &mut Calibrator<T, CAPACITY>,
     pair: &SynthPair,
+    witnessed: Option<(&Scene, &Witnessed)>,
     truth: &Extrinsics<f64>,
 ) -> Option<AfterPair> {
     let outcome = calibrator.take_pair(pair.matches.iter().map(Match::correspondence));
+    if let Some((scene, witnessed)) = witnessed {
+        push_witnessed(calibrator, scene, witnessed);
+    }
+    let health = calibrator.health().ok();
     // `apply` refuses an estimate that is not locked, or is in doubt.
     let _ = calibrator.apply();
-    let (fused, passes) = (outcome.fused.ok(), outcome.pair.map(|report| report.passes));
     let proposal = calibrator.proposal()?;
-    Some(after_pair(&proposal, fused, passes, &calibrator.in_use().extrinsics, truth))
+    let found = in_f64(&proposal.extrinsics);
+    let error = Deviation::between(&found, truth);
+    let over = |error: f64, sd: T| error / sd.to_f64();
+    Some(AfterPair {
+        state: proposal.state,
+        fused: outcome.fused.ok(),
+        passes: outcome.pair.map(|report| report.passes),
+        found,
+        error,
+        in_use: Deviation::between(&in_f64(&calibrator.in_use().extrinsics), truth),
+        sd: Deviation {
+            translation: proposal.sd_lens.translation.to_f64(),
+            rotation: proposal.sd_lens.rotation.to_f64(),
+        },
+        error_in_sd: over(error.rotation, proposal.sd.rotation)
+            .max(over(error.translation, proposal.sd.translation)),
+        nees: nees(&proposal, truth),
+        armed: health.as_ref().is_some_and(Health::may_arm),
+        vibration: [proposal.vibration.rotation, proposal.vibration.baseline].map(T::to_f64),
+        in_use_px: health.map_or(f64::NAN, |health| health.in_use_px.to_f64()),
+    })
+}
+
+/// Passes the range readings and the tracks of a pair to the calibrator, after the pair itself. A refused measurement
+/// leaves the estimate unchanged.
+fn push_witnessed<T: Scalar>(
+    calibrator: &mut Calibrator<T, CAPACITY>,
+    scene: &Scene,
+    witnessed: &Witnessed,
+) {
+    for reading in &witnessed.readings {
+        let _ = calibrator.push_witness(&ranges::in_scalar(reading));
+    }
+    if let (false, Ok(cameras)) = (witnessed.tracks.is_empty(), cameras(scene)) {
+        let _ = calibrator.push_witness(&tracked::rays_of(&cameras, &witnessed.tracks)[..]);
+    }
 }
 
 fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run> {
     let mut calibrator = calibrator::<T>(scenario, config)?;
     let mut pairs = Vec::with_capacity(scenario.pairs);
-    let mut inliers: Vec<Rays> = Vec::new();
-    let mut last: Option<ScenarioPair> = None;
+    let [mut noisy, mut clean]: [Vec<Rays>; 2] = Default::default();
     let still = !scenario.moves();
+    let mut last = None;
     for frame in scenario.frames(seed)? {
-        pairs.push(step(&mut calibrator, &frame.pair, &frame.steady));
+        let witnessed = Some((&frame.scene, &frame.witnessed));
+        pairs.push(step(&mut calibrator, &frame.pair, witnessed, &frame.steady));
         if still {
-            inliers.extend(frame.pair.inlier_rays(&frame.scene));
+            noisy.extend(frame.pair.inlier_rays(&frame.scene));
+            clean.extend(frame.pair.clean_inlier_rays(&frame.scene));
         }
-        last = Some(frame);
+        last = Some((frame.scene, frame.steady));
     }
-    let last = last.context("a scenario has pairs")?;
-    let clean = last.pair.clean_inlier_rays(&last.scene);
-    let rig = &last.steady;
-    let noise = last.scene.noise_px / last.scene.focal;
-    let unknown = Deviation { translation: f64::NAN, rotation: f64::NAN };
-    let few = |rays: &[Rays]| rays.len() < FEW;
-    let bound = if few(&clean) { unknown } else { cramer_rao(rig, clean.iter(), noise) };
-    let joint_fit =
-        (still && !few(&inliers)).then(|| Deviation::between(&joint_fit(rig, &inliers), rig));
-    Ok(Run { pairs, joint_fit, bound })
-}
-
-fn after_pair<T: Scalar>(
-    proposal: &Proposal<T>,
-    fused: Option<Fused>,
-    passes: Option<u16>,
-    in_use: &Extrinsics<T>,
-    truth: &Extrinsics<f64>,
-) -> AfterPair {
-    let found = in_f64(&proposal.extrinsics);
-    let error = Deviation::between(&found, truth);
-    let over = |error: f64, sd: T| error / sd.to_f64();
-    AfterPair {
-        state: proposal.state,
-        found,
-        fused,
-        passes,
-        error,
-        in_use: Deviation::between(&in_f64(in_use), truth),
-        error_in_sd: over(error.rotation, proposal.sd.rotation)
-            .max(over(error.translation, proposal.sd.translation)),
-        nees: nees(proposal, truth),
-        doubt: doubt(proposal.reasons()),
-    }
+    let (last, rig) = last.context("a scenario has pairs")?;
+    let known = still && clean.len() >= FEW;
+    let joint_fit = known.then(|| try_joint_fit(&rig, &noisy)).flatten();
+    Ok(Run {
+        pairs,
+        start: Deviation::between(&Extrinsics::SIDE_BY_SIDE, &rig),
+        joint_fit: joint_fit.map(|fit| Deviation::between(&fit, &rig)),
+        bound: known.then(|| cramer_rao(&rig, clean.iter(), scenario.noise_px() / last.focal)),
+    })
 }
 
 /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
-pub(super) fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -> f64 {
+fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -> f64 {
     let found = RectifyingRotations::from(&in_f64(&proposal.extrinsics));
     let off = found.unknowns_to(&RectifyingRotations::from(truth));
     let nees = proposal.covariance.and_then(|c| {
