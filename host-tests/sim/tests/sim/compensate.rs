@@ -25,7 +25,7 @@ struct After {
     in_use: Calibration<f32>,
 }
 
-/// The case `lens/...` of `selfcal campaign real`.
+/// The case `lens/...` of `cargo evidence campaign`.
 fn scenario(errors: LensErrors) -> Scenario {
     let mut scenario = Scenario::new(ScenarioKind::Near, PAIRS);
     scenario.scene.outliers = 0.1;

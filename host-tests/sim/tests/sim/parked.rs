@@ -13,7 +13,7 @@ const PARKED: usize = 200;
 const DRIVEN: usize = 100;
 const SEED: u64 = 40_000;
 
-/// The case `parked/landmarks` of `selfcal campaign real`.
+/// The case `parked/landmarks` of `cargo evidence campaign`.
 fn scenario() -> Scenario {
     let mut scenario = Scenario::new(ScenarioKind::ParkedLandmarks, PARKED + DRIVEN);
     scenario.scene.outliers = 0.1;
