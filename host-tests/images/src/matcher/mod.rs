@@ -289,7 +289,7 @@ impl Matcher {
     }
 }
 
-/// The image and its repeated halvings, at most [`HALVINGS`], while the shorter side holds four windows.
+/// The image and its repeated halvings, at most `HALVINGS`, while the shorter side holds four windows.
 ///
 /// # Errors
 /// If a level cannot be computed.
