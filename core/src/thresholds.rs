@@ -133,6 +133,11 @@ pub(crate) const CERTAIN_BASELINE: f64 = 0.0625;
 /// pairs determine; a smaller one divides by rounding.
 pub(crate) const MIN_LENS_PIVOT: f64 = 1e-7;
 
+/// Smallest share of the information on a lens parameter that counts if the extrinsics are free, in roundings of a
+/// number. In `f32`, pairs leave a share of 1e-4 or more, and the rounding errors of a restored estimate a share of
+/// 2e-6. A larger share forgets the lens in scenes that hardly show it; a smaller one takes rounding for a lens.
+pub(crate) const LENS_ROUNDING: f64 = 64.0;
+
 /// Largest error of a lens in deviations of its prior. A larger limit reports the result of damaged sums; a smaller one
 /// refuses lenses that are far from their calibration.
 pub(crate) const MAX_LENS_VALUE: f64 = 1e3;

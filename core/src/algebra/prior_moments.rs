@@ -28,6 +28,11 @@ pub(crate) const MAX_RESPONSE: f32 = 1e3;
 /// this ratio the rounding errors in `f32` are 0.6 % of the weights.
 const MAX_CANCELLATION: f64 = 1e5;
 
+/// Share of [`MAX_CANCELLATION`] to which [`Response::weaken`] reduces a sum, and number of its rounds: a round may
+/// reduce the sum of the weights, too.
+const WEAKENED: f64 = 0.9;
+const WEAKENING_ROUNDS: usize = 4;
+
 /// Columns of `E` for the coordinates of [`FREE`], rad.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Response<T>(pub(crate) [[T; 5]; 6]);
@@ -58,12 +63,36 @@ impl<T: Scalar> Response<T> {
         Some(())
     }
 
-    /// Returns whether the sums `E^T H E` keep the digits of `H`. A smaller bound would refuse vibrating rigs: their
-    /// information is less than the weight of their matches, but their response is as large as that of a rig at rest.
-    pub(crate) fn keeps_digits_of(&self, information: &Information<T>) -> bool {
+    /// Returns whether the sums `E^T H E` keep the digits of `H`.
+    ///
+    /// * `slack`: factor of the limit, for the rounding of a record.
+    pub(crate) fn keeps_digits_of(&self, information: &Information<T>, slack: T) -> bool {
         let [weights, ..] = information.0.diagonal();
-        let most = weights * T::lit(MAX_CANCELLATION);
+        let most = weights * T::lit(MAX_CANCELLATION) * slack;
         self.0.iter().all(|column| sum_of(column, information) <= most)
+    }
+
+    /// Reduces the information until the sums `E^T H E` keep its digits. A vibrating rig needs this: its vibration
+    /// reduces the information on the rotation more than the information on the baseline, to which a large response
+    /// belongs.
+    ///
+    /// Each column `e` with a sum `s = e^T H e` above a limit `m` becomes an additional error of the estimate along
+    /// `e`: the covariance `H^-1 + e e^T / m` has the information `H - H e e^T H / (m + s)`, which remains positive
+    /// definite, and in which the sum of the column is below `m`. This is an error of a coordinate of `m^-1/2`, far
+    /// below the errors of a lens.
+    #[inline(never)]
+    pub(crate) fn weaken(&self, information: &mut Information<T>) {
+        for _ in 0..WEAKENING_ROUNDS {
+            let [weights, ..] = information.0.diagonal();
+            let most = weights * T::lit(WEAKENED * MAX_CANCELLATION);
+            for column in &self.0 {
+                let sum = sum_of(column, information);
+                if sum > most {
+                    let [pull] = information.times(&Vector5::from(*column)).data.0;
+                    information.0.add_outer_out_of_line(-T::ONE / (most + sum), &pull);
+                }
+            }
+        }
     }
 
     /// Returns the column of each coordinate, in the order `cx cy cz xx yy zz xy xz yz`, then the lens.
@@ -179,5 +208,28 @@ mod tests {
         for (a, b) in again.0.iter().flatten().zip(response.0.iter().flatten()) {
             assert!((a - b).abs() < 1e-6, "{again:?}");
         }
+    }
+
+    #[test]
+    fn a_large_response_widens_the_covariance_along_itself_until_its_sum_keeps_the_digits() {
+        let (BiasedEquations { normal, .. }, mut response) = prior();
+        let mut information = Symmetric5::of_diagonal([4e5, 4e5, 5e5, 4e5, 1e6]);
+        information.add_outer(2e5, &[1.0, 0.1, 0.2, 0.5, -0.8]);
+        let information = Information(information);
+        response.0[2] = [0.1, -0.7, -0.2, 370.0, -4.0];
+        response.0[4] = [-1.0, 0.5, -2.0, 1000.0, -1000.0];
+        let mut weak = information;
+        response.weaken(&mut weak);
+        let keep = [&information, &weak].map(|h| response.keeps_digits_of(h, 1.0));
+        assert_eq!(keep, [false, true]);
+        let wider = weak.0.inverse().unwrap().minus(&information.0.inverse().unwrap());
+        for k in 0..100 {
+            let direction = [1.0, 2.0, 3.0, 4.0, 5.0].map(|i| (i * f64::from(k)).sin());
+            assert!(wider.form(&direction) > -1e-12, "{direction:?}");
+        }
+        // Without a large response nothing changes.
+        let (mut same, (_, small)) = (normal.information, prior());
+        small.weaken(&mut same);
+        assert_eq!(same, normal.information);
     }
 }

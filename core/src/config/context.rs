@@ -92,8 +92,9 @@ impl<'a, T: Scalar> Context<'a, T> {
         self.allows_times(T::lit(MAX_IN_USE), found)
     }
 
+    /// Returns whether extrinsics are within `factor` times the correction limit of the factory extrinsics.
     #[inline(never)]
-    fn allows_times(&self, factor: T, found: &Extrinsics<T>) -> bool {
+    pub(crate) fn allows_times(&self, factor: T, found: &Extrinsics<T>) -> bool {
         let limit = T::single(self.config.max_correction_rad) * factor;
         baseline_angle(found.translation(), self.factory.translation()) <= limit
             && rotation_angle(found.rotation(), self.factory.rotation()) <= limit

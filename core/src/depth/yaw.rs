@@ -3,6 +3,9 @@
 use crate::scalar::Scalar;
 use crate::thresholds::UNKNOWN_YAW_RAD;
 
+/// Largest variance of a mount yaw in a record, rad^2. A turn is at most pi.
+pub(crate) const MAX_YAW_VARIANCE: f32 = 10.0;
+
 /// Mount yaw `y` relative to the factory extrinsics, apparent yaw `o` of the lens, rad, and their covariance, rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct YawEstimate<T> {
@@ -141,9 +144,13 @@ impl<T: Scalar> YawEstimate<T> {
         (self.var_mount * self.var_lens - self.mixed * self.mixed).max(T::ZERO)
     }
 
-    /// Returns the five numbers, in the order of the record.
+    /// Returns the five numbers, in the order of the record. The variance of the mount yaw is at most
+    /// [`MAX_YAW_VARIANCE`], above which the yaw is just as unknown.
     pub(super) fn numbers(&self) -> [T; 5] {
-        [self.mount, self.lens, self.var_mount, self.var_lens, self.mixed]
+        let Self { mount, lens, var_mount, var_lens, mixed } = *self;
+        let most = var_mount.min(T::single(MAX_YAW_VARIANCE));
+        let factor = if most < var_mount { most / var_mount } else { T::ONE };
+        [mount, lens, most, var_lens, mixed * factor]
     }
 
     /// Returns the estimate from the five numbers; `None` unless their covariance is valid.
@@ -212,6 +219,16 @@ mod tests {
         let unknown = YawEstimate::independent(None, 2e-5_f32).with_rows(9e-3, 1e-8);
         assert_eq!((unknown.mount, unknown.lens), (9e-3, 0.0));
         assert!((unknown.var_mount / 2e-5 - 1.0).abs() < 0.01, "{unknown:?}");
+    }
+
+    #[test]
+    fn a_mount_yaw_beyond_the_range_of_a_record_stays_unknown_with_a_valid_covariance() {
+        let known = YawEstimate::independent(Some(8e-7), 2e-5).with_rows(9e-3, 0.0);
+        let wide = YawEstimate { mixed: -0.006, ..known.turned(50.0) };
+        let kept = YawEstimate::of(wide.numbers()).unwrap();
+        assert!(kept.is_free() && kept.var_mount <= f64::from(MAX_YAW_VARIANCE), "{kept:?}");
+        assert_eq!(wide.with_rows(0.1, 1e-8), kept.with_rows(0.1, 1e-8));
+        assert_eq!(YawEstimate::of(known.numbers()), Some(known));
     }
 
     #[test]

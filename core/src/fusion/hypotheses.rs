@@ -366,14 +366,14 @@ impl<T: Scalar> Hypotheses<T> {
         if had_champion { Fused::TookOver } else { Fused::Added }
     }
 
-    /// Starts a champion from a prior. The estimate is suspect until a pair supports it.
+    /// Starts a champion from a prior. The estimate is suspect until a pair supports it. Returns whether the optimum of
+    /// the prior is near its pose.
     #[inline(never)]
-    pub(super) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
+    pub(super) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) -> bool {
         self.make_champion();
-        if let Some(champion) = &mut self.champion {
-            champion.hypothesis.resume(prior, context);
-            self.rejected = 1;
-        }
+        self.rejected = 1;
+        let champion = self.champion.as_mut();
+        champion.is_some_and(|champion| champion.hypothesis.resume(prior, context))
     }
 }
 

@@ -11,13 +11,16 @@ use nalgebra::Vector5;
 use super::hypothesis::Hypothesis;
 use super::lens_reference::LensReference;
 use crate::algebra::disparity_noise::BiasedEquations;
+use crate::algebra::information::Information;
 use crate::algebra::lens_terms::{LENS_PARAMETERS, LensTerms};
 use crate::algebra::symmetric5::{Factor, Symmetric5};
 use crate::config::Context;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::lens_estimate::{Finding, LensEstimate};
 use crate::scalar::Scalar;
-use crate::thresholds::{LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIVOT, SIGNIFICANT};
+use crate::thresholds::{
+    LENS_ROUNDING, LENS_SHRINKAGE, MAX_LENS_VALUE, MIN_LENS_PIVOT, SIGNIFICANT,
+};
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
@@ -70,10 +73,14 @@ impl<T: Scalar> HypothesisLens<T> {
         context: &Context<'_, T>,
     ) -> Option<()> {
         let Self { values, covariance, effects } = self;
+        let measured = measured(covariance, effects, &biased.normal.information);
         let step = eliminate_extrinsics(covariance, effects, hypothesis, biased, context)?;
         for (pull, mixed) in values.iter_mut().zip(effects.iter()) {
             *pull += Vector5::from(*mixed).dot(&step);
         }
+        values.iter_mut().zip(measured).for_each(|(pull, own)| *pull *= own);
+        let rows = covariance.iter_mut().zip(measured);
+        rows.for_each(|(row, own)| scale_row(row, own, &measured));
         reference.add_known(covariance, values);
         invert(covariance, &context.lens_prior())?;
         let pull = *values;
@@ -251,6 +258,28 @@ fn eliminate_extrinsics<T: Scalar>(
         row.iter_mut().zip(mixed).for_each(|(i, other)| *i -= Vector5::from(*other).dot(&taken_up));
     }
     Some(-factor.solve(&plain.gradient))
+}
+
+/// Returns 1 for each parameter on which the pairs have information with the extrinsics free, and 0 for each parameter
+/// whose information is then within the rounding errors ([`LENS_ROUNDING`]). The sums of a prior have no information on
+/// the lens itself, so only rounding errors remain.
+#[inline(never)]
+fn measured<T: Scalar>(
+    information: &Square<T>,
+    mixed: &[[T; 5]; LENS_PARAMETERS],
+    of_extrinsics: &Information<T>,
+) -> [T; LENS_PARAMETERS] {
+    let mut measured = [T::ONE; LENS_PARAMETERS];
+    let Some(factor) = of_extrinsics.0.factor(T::ZERO) else { return measured };
+    let parameters = measured.iter_mut().zip(information).zip(mixed);
+    for (i, ((measured, row), mixed)) in parameters.enumerate() {
+        let (mixed, all) = (Vector5::from(*mixed), row.get(i).copied().unwrap_or(T::ZERO));
+        let left = all - mixed.dot(&factor.solve(&mixed));
+        if left <= all * (T::EPSILON * T::lit(LENS_ROUNDING)) {
+            *measured = T::ZERO;
+        }
+    }
+    measured
 }
 
 /// Replaces the mixed terms by the effects of the lens on the extrinsics. The noise of disparities is removed from

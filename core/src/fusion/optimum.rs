@@ -90,7 +90,7 @@ fn is_last<T: Scalar>(step: &Vector5<T>, normal: &NormalEquations<T>) -> bool {
 
 /// Returns whether the equations have an optimum near the pose that they are about. If a direction is not observed, the
 /// step to the optimum is long, or does not exist.
-fn are_at_optimum<T: Scalar>(normal: &NormalEquations<T>) -> bool {
+pub(super) fn are_at_optimum<T: Scalar>(normal: &NormalEquations<T>) -> bool {
     let squared = normal.step().map(|step| -step.dot(&normal.gradient));
     squared.is_some_and(|squared| squared <= T::lit(MAX_INCONSISTENCY))
 }

@@ -50,6 +50,17 @@ impl<'a> Writer<'a> {
     }
 }
 
+/// Moves each number that is out of its range to the nearer end of the range, and a NaN to the lower end.
+#[inline(never)]
+pub(super) fn limit(numbers: &mut [u8], ranges: &[Range]) {
+    let mut words = numbers.as_chunks_mut().0.iter_mut();
+    for (count, least, most) in ranges {
+        for word in words.by_ref().take(*count) {
+            *word = f32::from_le_bytes(*word).max(*least).min(*most).to_le_bytes();
+        }
+    }
+}
+
 /// Sets the last four bytes of a record to the checksum of the bytes before.
 pub(super) fn seal(record: &mut [u8]) {
     if let Some((content, sum)) = record.split_last_chunk_mut() {

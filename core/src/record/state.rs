@@ -4,30 +4,33 @@ use core::f32::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::codec::{Range, Reader, Writer, bytes_of, seal};
+use super::codec::{Range, Reader, Writer, bytes_of, limit, seal};
 use super::factory::{FactoryCalibration, fingerprint};
 use super::{HEADER_BYTES, OVERHEAD_BYTES, STATE, believe};
 use crate::algebra::prior_moments::MAX_RESPONSE;
 use crate::batch::correspondence::Cameras;
 use crate::calibrator::Calibrator;
 use crate::config::{Context, LensTracking};
+use crate::depth::yaw::MAX_YAW_VARIANCE;
 use crate::error::RestoreError;
 use crate::fusion::lens_reference::LensReference;
-use crate::fusion::prior::Learned;
+use crate::fusion::prior::{Learned, MAX_INFORMATION, ROUNDED};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3;
 use crate::outcome::relief::Relief;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD};
+use crate::thresholds::{
+    MAX_IN_USE, MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD,
+};
 
 /// Largest component of a unit vector after rounding.
 const UNIT: f32 = 1.0 + 1e-5;
 /// Largest ratio of a running mean to its largest term. Rounding can raise the mean slightly above this term.
 const MEAN_ROUNDING: f32 = 1.001;
 /// Largest magnitude of a yaw, rad, and largest variance of a yaw, rad^2.
-const MAX_YAW: f32 = 10.0;
+const MAX_YAW: f32 = MAX_YAW_VARIANCE;
 
 /// Converts a threshold to the number type of a record.
 const fn single(threshold: f64) -> f32 {
@@ -43,11 +46,17 @@ const VIBRATION: f32 = single(MAX_VIBRATION_RAD * MAX_VIBRATION_RAD);
 
 /// Ranges of the numbers of [`write_about`].
 const ABOUT: [Range; 2] = [(3, -PI, PI), (3, -UNIT, UNIT)];
-/// Ranges of the numbers of [`Learned::numbers`].
+/// Largest information on a parameter of the lens, dimensionless: a standard deviation of 1e-5, which moves a point at
+/// the edge of an image of 4096 px by 0.02 px, a seventh of the noise floor. In `f32`, more information loses the
+/// digits of the prior of the other camera beside it.
+const LENS_INFORMATION: f32 = 1e10;
+
+/// Ranges of the numbers of [`Learned::numbers`]. The configuration does not change them. A snapshot moves a number to
+/// its range: less information on the lens, and in the other cases a difference without an effect. Parts of a matrix
+/// are within their ranges before, because a matrix must be scaled as a whole.
 const LEARNED: [Range; 15] = [
-    // Information, 1/rad^2, gradient, 1/rad, and noise of disparities, 1/rad^2: enough for a million pairs of a
-    // thousand matches. The configuration changes neither this range nor the ranges below.
-    (15 + 2 + 3, -1e15, 1e15),
+    // Information, 1/rad^2, gradient, 1/rad, and noise of disparities, 1/rad^2.
+    (15 + 2 + 3, -MAX_INFORMATION, MAX_INFORMATION),
     (30, -MAX_RESPONSE, MAX_RESPONSE),
     (1, 0.0, CHI_SQUARE),
     // Noise of a coordinate, px.
@@ -57,8 +66,7 @@ const LEARNED: [Range; 15] = [
     // Fading sums of matches of high leverage: enough for pairs of a million matches.
     (2, 0.0, 1e7),
     (4, -LENS, LENS),
-    // Information on the lens, dimensionless.
-    (2, 0.0, 1e10),
+    (2, 0.0, LENS_INFORMATION),
     (2, 0.0, VIBRATION),
     (2, 0.0, 1.0),
     (1, 0.0, 1.0),
@@ -134,14 +142,24 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Writes the record of [`Calibrator::snapshot`].
     #[inline(never)]
     pub(crate) fn write_snapshot(&self, learned: &mut Learned<T>, record: &mut [u8]) {
-        self.write(learned, record);
-        let numbers = record.get(HEADER_BYTES + 4 * WORDS..);
-        if !numbers.is_some_and(|rest| Reader { rest }.is_within(&LEARNED)) {
-            // A learnt number is out of its range, for instance because of wrong matches. The record would be refused,
-            // so it keeps nothing learnt.
-            *learned = Learned::nothing();
-            self.write(learned, record);
+        let [a, b, c] = learned.mount_flags;
+        let flags = [self.before.is_some(), self.frozen, a, b, c, self.relief.is_shown()];
+        let flags = flags.into_iter().zip(FLAGS).filter(|(is_set, _)| *is_set);
+        let flags = flags.fold(0, |all, (_, bit)| all | bit);
+        let FactoryCalibration { cameras, extrinsics, .. } = &self.factory;
+        let mut to = Writer::begin(record, STATE, [flags, learned.changes]);
+        for word in [fingerprint(cameras, extrinsics), self.generation, learned.prior.pairs] {
+            to.word(word);
         }
+        for of in [&self.in_use, self.before.as_ref().unwrap_or(&self.in_use)] {
+            write_about(extrinsics, &of.extrinsics, &mut to);
+            to.numbers(&[of.correction.focal, of.correction.k1]);
+        }
+        // Without an estimate there is no pose, and the factory extrinsics take its place.
+        write_about(extrinsics, &learned.prior.pose.extrinsics().unwrap_or(*extrinsics), &mut to);
+        learned.numbers().into_iter().for_each(|numbers| to.numbers(numbers));
+        limit(record.get_mut(HEADER_BYTES + 4 * WORDS..).unwrap_or_default(), &LEARNED);
+        seal(record);
     }
 
     /// Restores the calibration in use and the estimate from a record, and forgets everything learnt before. The
@@ -220,7 +238,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let in_use = self.read_calibration(&context, &mut from)?;
         let before = self.read_calibration(&context, &mut from)?;
         let extrinsics = read_about(context.factory, &mut from)?;
-        if !context.allows(&extrinsics) {
+        if !context.allows_times(T::lit(ROUNDED), &extrinsics) {
             return Err(RestoreError::Config);
         }
         believe(from.is_within(&LEARNED))?;
@@ -251,7 +269,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let [focal, k1] = from.numbers();
         let correction = LensCorrection { focal, k1 };
         self.corrected(&correction)?;
-        if !context.allows_in_use(&extrinsics) {
+        if !context.allows_times(T::lit(MAX_IN_USE * ROUNDED), &extrinsics) {
             return Err(RestoreError::Config);
         }
         Ok(CorrectedExtrinsics { extrinsics, correction })
@@ -265,27 +283,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             return Err(RestoreError::Config);
         }
         self.factory.cameras.corrected(correction).map_err(|_| RestoreError::Absurd)
-    }
-
-    #[inline(never)]
-    fn write(&self, learned: &mut Learned<T>, record: &mut [u8]) {
-        let [a, b, c] = learned.mount_flags;
-        let flags = [self.before.is_some(), self.frozen, a, b, c, self.relief.is_shown()];
-        let flags = flags.into_iter().zip(FLAGS).filter(|(is_set, _)| *is_set);
-        let flags = flags.fold(0, |all, (_, bit)| all | bit);
-        let FactoryCalibration { cameras, extrinsics, .. } = &self.factory;
-        let mut to = Writer::begin(record, STATE, [flags, learned.changes]);
-        for word in [fingerprint(cameras, extrinsics), self.generation, learned.prior.pairs] {
-            to.word(word);
-        }
-        for of in [&self.in_use, self.before.as_ref().unwrap_or(&self.in_use)] {
-            write_about(extrinsics, &of.extrinsics, &mut to);
-            to.numbers(&[of.correction.focal, of.correction.k1]);
-        }
-        // Without an estimate there is no pose, and the factory extrinsics take its place.
-        write_about(extrinsics, &learned.prior.pose.extrinsics().unwrap_or(*extrinsics), &mut to);
-        learned.numbers().into_iter().for_each(|numbers| to.numbers(numbers));
-        seal(record);
     }
 }
 

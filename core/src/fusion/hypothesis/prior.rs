@@ -6,6 +6,7 @@ use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
+use crate::fusion::optimum::are_at_optimum;
 use crate::fusion::prior::Prior;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
@@ -22,9 +23,13 @@ impl<T: Scalar> Hypothesis<T> {
         // Each step is out of line, to free its stack for the next step.
         let at_rest = self.pose_at_rest(&self.pose)?;
         self.fill_equations(prior, &at_rest, context)?;
-        if !self.vibration(context).is_zero() {
+        if !self.vibration(context).is_zero() || !prior.is_consistent(T::ONE) {
             self.set_mean(&mut prior.equations, context)?;
         }
+        if !prior.is_consistent(T::ONE) {
+            prior.response.weaken(&mut prior.equations.normal.information);
+        }
+        prior.limit();
         (prior.pose, prior.chi_square) = (self.pose, self.reduced_chi_square);
         (prior.noise, prior.high_leverage) = (self.noise, self.high_leverage);
         (prior.shares, prior.pairs) = ([self.inlier_share, self.crowd], self.pairs);
@@ -45,13 +50,16 @@ impl<T: Scalar> Hypothesis<T> {
         prior.response.set(&sums, &prior.equations.normal.information, context.prior)
     }
 
-    /// Replaces the equations by equations of the mean of a vibrating rig, without the noise of disparities. The
-    /// equations of the sums do not apply, because the sums weight the pairs as for a rigid rig.
+    /// Replaces the equations by equations of the estimate itself, without the noise of disparities. The equations of
+    /// the sums do not apply to the mean of a vibrating rig, because the sums weight the pairs as for a rigid rig. They
+    /// do not apply either if their noise is not plausible: in a far scene whose matches are better than the noise
+    /// floor, the noise exceeds all information on the baseline, and where the noise is negligible, its estimate may be
+    /// negative.
     #[inline(never)]
     fn set_mean(&self, equations: &mut BiasedEquations<T>, context: &Context<'_, T>) -> Option<()> {
         let mut normal =
             NormalEquations { information: self.information, gradient: self.balance(context) };
-        if self.is_rigid() {
+        if self.is_rigid() && !self.vibration(context).is_zero() {
             // No pair was added since the vibration was detected, or since a change of the rig replaced the sums.
             let pairs = T::count(self.pairs.max(1));
             let of_mean = self.vibration(context).scaled(T::ONE / pairs);
@@ -66,16 +74,16 @@ impl<T: Scalar> Hypothesis<T> {
         self.pose.unknowns_to(&context.factory_pose) * context.prior
     }
 
-    /// Starts an empty hypothesis from a prior.
+    /// Starts an empty hypothesis from a prior. Returns whether the optimum of the equations is near the pose.
     #[inline(never)]
-    pub(in crate::fusion) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) {
+    pub(in crate::fusion) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) -> bool {
         (self.pose, self.frame) = (prior.pose, prior.pose);
         let mut equations = prior.equations;
         // `R` is observed, so its gradient balances the prior about the factory extrinsics.
         let balance = self.balance(context);
         let gradient = &mut equations.normal.gradient;
         (gradient.x, gradient.y, gradient.z) = (balance.x, balance.y, balance.z);
-        let normal = equations.debiased();
+        let mut normal = equations.debiased();
         self.information = normal.information;
         // The variance of row offsets is twice the noise variance, because both views have noise. The pitch element of
         // `H` is nearly the sum of the weights. The noise floor may have changed with a firmware update.
@@ -93,6 +101,8 @@ impl<T: Scalar> Hypothesis<T> {
         self.high_leverage = prior.high_leverage;
         self.reduced_chi_square = prior.chi_square;
         self.pairs = prior.pairs;
+        context.add_prior(&self.pose, &mut normal);
+        are_at_optimum(&normal)
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod damage;
 mod format;
+mod lives;
 
 use crate::api::disturbed::with_outliers;
 use crate::api::presets::{robust, with};
@@ -120,4 +121,32 @@ fn without_a_confirmed_estimate_only_the_calibration_in_use_is_kept() {
     let again = restored::<f32>(Config::robust(), &new.snapshot());
     assert_eq!((again.state(), again.proposal()), (State::Acquiring, None));
     assert_eq!(&again.in_use().extrinsics, &Extrinsics::SIDE_BY_SIDE, "bit for bit");
+}
+
+/// Angles of `R` of the locked estimates of eight pairs. Each snapshot must restore its estimate.
+fn restored_angles(config: Config, rotation: [f64; 3]) -> Vec<f32> {
+    let mut calibrator = with::<f32, 256>(config);
+    let mut angles = Vec::new();
+    for seed in 0..8 {
+        let _ = take(&mut calibrator, &scene(rotation, seed));
+        if calibrator.state() == State::Locked {
+            restored::<f32>(config, &calibrator.snapshot());
+            let found = calibrator.proposal().unwrap().extrinsics;
+            angles.push(Deviation::between(&found, &Extrinsics::SIDE_BY_SIDE).rotation);
+        }
+    }
+    angles
+}
+
+#[test]
+fn an_estimate_at_the_correction_limit_is_restored() {
+    let mut at_limit = 0;
+    for seed in 0..20 {
+        let rotation = [1.0 + 0.01 * f64::from(seed), -0.5, 0.8];
+        let angles = restored_angles(Config::robust(), rotation);
+        let most = angles.iter().copied().fold(0.0, f32::max);
+        let limited = Config::robust().with_max_correction_rad(most).unwrap();
+        at_limit += u32::from(restored_angles(limited, rotation).contains(&most));
+    }
+    assert!(at_limit > 5, "{at_limit}");
 }
