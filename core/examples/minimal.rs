@@ -1,4 +1,4 @@
-//! A complete calibration of a synthetic rig: cameras, pairs, health, apply.
+//! A complete calibration of a synthetic rig: cameras, pairs, verdict, apply.
 //!
 //! ```sh
 //! cargo run -p stereo-selfcal --example minimal
@@ -35,9 +35,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     for pair in 0..12 {
         let outcome = calibrator.take_pair(matcher.matches(300));
         println!("pair {pair}: {outcome}"); // the calibration in use is unchanged
-        if let Ok(health) = calibrator.health() {
-            println!("        {health}");
-        }
+        println!("        {}", calibrator.verdict());
         match calibrator.apply() {
             Ok(new) if new.generation != loaded.generation => {
                 println!("        in use: {new}");

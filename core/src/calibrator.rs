@@ -1,6 +1,6 @@
 //! Facade of the crate: it takes correspondences and returns extrinsics.
 //!
-//! [`Calibrator::take_pair`] updates the estimate and never changes the calibration in use. [`Calibrator::health`]
+//! [`Calibrator::take_pair`] updates the estimate and never changes the calibration in use. [`Calibrator::verdict`]
 //! compares the two, and [`Calibrator::apply`] puts the estimate into use.
 
 mod calibration;
@@ -12,16 +12,16 @@ pub use calibration::Calibration;
 pub use witness::Witness;
 
 use crate::batch::correspondence::{Cameras, Correspondence};
-use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::batch::{Batch, Pushed};
 use crate::config::Config;
 use crate::error::{ApplyError, PushError, Rejection};
 use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::cause::Causes;
-use crate::outcome::health::{Health, LastPair, NoHealth};
+use crate::outcome::details::Details;
 use crate::outcome::pair_report::Outcome;
 use crate::outcome::proposal::Proposal;
 use crate::outcome::relief::Relief;
+use crate::outcome::verdict::{Recent, Verdict};
 use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -37,7 +37,7 @@ use step::Step;
 ///
 /// The batch holds the correspondences of one pair, which were pushed since the previous pair ended; from more than `N`
 /// it holds a selection. A pair ends with its outcome, fused or not. Its correspondences stay in the batch for
-/// [`Calibrator::health`] and [`Calibrator::push_witness`], except after [`crate::Fused::LensCorrected`]. The next
+/// [`Calibrator::details`] and [`Calibrator::push_witness`], except after [`crate::Fused::LensCorrected`]. The next
 /// pushed correspondence begins a new batch.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct the calibrator in its static cell with
@@ -83,8 +83,6 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     pub(crate) frozen: bool,
     /// Progress of the pair in the batch.
     step: Step,
-    /// Why the last pair was not fused; `None` if it was, or if a pair is being solved.
-    rejection: Option<Rejection>,
     /// Mistakes in rig file or matcher that pairs have shown since the last lock.
     causes: Causes,
     /// Evidence of depth in pairs whose matches all have the same motion between the images.
@@ -92,6 +90,9 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     /// Numbers of range readings and of motions that contradicted the yaw since the last reset. The record does not
     /// contain them.
     contradicting: [u16; 2],
+    /// How the last pairs fitted the calibration in use, and the verdict after the last one.
+    recent: Recent<T>,
+    verdict: Verdict<T>,
     pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
 }
@@ -115,10 +116,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             generation: 0,
             frozen: false,
             step: Step::Collecting,
-            rejection: None,
             causes: Causes::NONE,
             relief: Relief::NONE,
             contradicting: [0; 2],
+            recent: Recent::NONE,
+            verdict: Verdict::NONE,
             batch: Batch::new(),
             estimator: Estimator::new(&config, factory.yaw_sd_rad.is_some()),
         }
@@ -131,10 +133,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.corrected = self.factory.cameras;
         self.before = None;
         self.frozen = false;
-        self.rejection = None;
         self.causes = Causes::NONE;
         self.relief = Relief::NONE;
         self.contradicting = [0; 2];
+        self.forget_verdict();
         self.discard_pair();
         self.batch.forget_cells();
         self.estimator.reset();
@@ -198,36 +200,27 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.estimator.proposal(&context, &self.in_use)
     }
 
-    /// Compares the calibration in use with the estimate over the matches in the batch, and says whether the rig may
-    /// arm. These are the matches of the last pair until the next match is pushed. Takes one pass.
-    ///
-    /// # Errors
-    /// [`NoHealth`]. Both [`Health`] and the error name the likeliest mistake in rig file or matcher, if pairs show
-    /// one.
+    /// Returns the verdict after the last pair: whether the rig may arm, and whether to apply. It stays until the next
+    /// pair has ended.
+    pub const fn verdict(&self) -> &Verdict<T> {
+        &self.verdict
+    }
+
+    /// Compares the calibration in use with the estimate over the matches in the batch. These are the matches of the
+    /// last pair until the next match is pushed. Takes one pass. `None` without an estimate, or without a match that
+    /// fits it.
     #[inline(never)]
-    pub fn health(&self) -> Result<Health<T>, NoHealth> {
+    pub fn details(&self) -> Option<Details<T>> {
         let cameras = &self.factory.cameras;
         let of_image = [cameras.mean_focal(), cameras.right.corner()];
-        let likeliest = self.causes.likeliest();
         // By reference: moving the proposal out of the option would take its stack space twice.
         let proposal = self.proposal();
-        let proposal = proposal.as_ref().ok_or(NoHealth::NoEstimate(likeliest))?;
+        let proposal = proposal.as_ref()?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
-        let noise = self.estimator.noise();
-        let screen = screen.max(T::lit(SCREEN_NOISES) * noise);
-        let rows = noise * T::lit(DIFFERENCE_VARIANCE).sqrt();
+        let screen = screen.max(T::lit(SCREEN_NOISES) * self.estimator.noise());
         let rays = self.estimator.correction();
-        let alike = self.batch.is_moved_alike() && !self.relief.is_shown();
-        let of_estimate = || proposal.cause(&self.config.lens_prior, rows, alike);
-        let last = LastPair {
-            rejection: self.rejection,
-            repeated: self.estimator.is_repeated(),
-            cause: self.batch.cause().or_else(of_estimate),
-            likeliest,
-            contradicting: self.contradicting,
-        };
-        Health::over(&self.batch, &rays, &self.in_use, proposal, last, of_image, screen)
-            .ok_or(NoHealth::NoMatch(likeliest))
+        let (matches, contradicting) = (self.batch.pairs(), self.contradicting);
+        Details::over(matches, &rays, &self.in_use, proposal, contradicting, of_image, screen)
     }
 
     /// Puts the estimate ([`Proposal::applicable`]) into use, and returns it with the cameras that it belongs to. The
@@ -253,7 +246,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             return Err(ApplyError::Doubtful);
         }
         let Proposal { applicable: extrinsics, applicable_correction: correction, .. } = *proposal;
-        self.put_into_use(CorrectedExtrinsics { extrinsics, correction })
+        let applied = self.put_into_use(CorrectedExtrinsics { extrinsics, correction });
+        if applied.is_ok() {
+            self.recent.apply();
+        }
+        applied
     }
 
     /// Puts the calibration that the last effective [`Calibrator::apply`] replaced back into use, and returns it. A
@@ -267,11 +264,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
         let before = self.before.take().ok_or(ApplyError::NothingToUndo)?;
         self.replace_in_use(before);
+        self.recent = Recent::NONE;
         Ok(self.in_use())
     }
 
     /// Freezes the estimate and the calibration in use, or releases them. While they are frozen, pairs are still
-    /// solved, and [`Calibrator::health`] still judges them, but they change nothing ([`Rejection::Frozen`]). Witnesses
+    /// solved, and [`Calibrator::verdict`] still judges them, but they change nothing ([`Rejection::Frozen`]). Witnesses
     /// are refused. [`Calibrator::reset`] and [`Calibrator::restore`] still work, and replace this setting.
     pub fn set_frozen(&mut self, frozen: bool) {
         self.frozen = frozen;

@@ -64,6 +64,9 @@ pub struct Config {
     pub(crate) lens_prior: LensPrior,
     pub(crate) lens_tracking: LensTracking,
     pub(crate) lens_yaw_sd_rad: f32,
+    pub(crate) rows_limit_px: f32,
+    pub(crate) depth_limit_px: f32,
+    pub(crate) coverage_limit: f32,
     #[cfg(feature = "paper")]
     pub(crate) paper: Settings,
 }
@@ -83,6 +86,9 @@ struct Parts {
     lens_prior: LensPrior,
     lens_tracking: LensTracking,
     lens_yaw_sd_rad: f32,
+    rows_limit_px: f32,
+    depth_limit_px: f32,
+    coverage_limit: f32,
     #[cfg(feature = "paper")]
     paper: Settings,
 }
@@ -108,6 +114,9 @@ impl TryFrom<Parts> for Config {
             .with_max_correction_rad(parts.max_correction_rad)?
             .with_lens_prior(parts.lens_prior)?
             .with_lens_yaw_sd_rad(parts.lens_yaw_sd_rad)?
+            .with_rows_limit_px(parts.rows_limit_px)?
+            .with_depth_limit_px(parts.depth_limit_px)?
+            .with_coverage_limit(parts.coverage_limit)?
             .with_memory_pairs(parts.memory_pairs)
     }
 }
@@ -143,6 +152,9 @@ impl Config {
             lens_prior: LensPrior::WIDE,
             lens_tracking: LensTracking::Report,
             lens_yaw_sd_rad: 4.6e-3,
+            rows_limit_px: 1.0,
+            depth_limit_px: 2.0,
+            coverage_limit: 0.7,
             #[cfg(feature = "paper")]
             paper: Settings::DEFAULT,
         }
@@ -164,7 +176,7 @@ impl Config {
     }
 
     /// Sets the Huber threshold `c_t` of eq 18, px of row offset. Default 1. The paper preset weights matches by it. In
-    /// both presets [`crate::Health`] counts a match as fitting if its row offset is within three thresholds, or within
+    /// both presets a match fits a calibration if its row offset is within three thresholds, or within
     /// 4.2 times the noise of a coordinate if that is more.
     ///
     /// A larger value lets outliers bias the result; a smaller one discards the information of good matches and slows
@@ -303,6 +315,49 @@ impl Config {
             Ok(self)
         } else {
             Err(ConfigError::LensYaw)
+        }
+    }
+
+    /// Sets the largest row offset in use at which a rig may arm, px ([`crate::Verdict::rows_px`]). Default 1: beyond it
+    /// a matcher that searches along rows misses. A matcher that searches across rows tolerates as much as it searches;
+    /// a match within three limits fits the calibration in use.
+    /// Infinity is allowed: a rig whose rows nobody uses.
+    ///
+    /// # Errors
+    /// [`ConfigError::RowsLimit`] unless the value is above 0.
+    pub const fn with_rows_limit_px(mut self, px: f32) -> Result<Self, ConfigError> {
+        if px > 0.0 {
+            self.rows_limit_px = if px < f32::MAX { px } else { f32::MAX };
+            Ok(self)
+        } else {
+            Err(ConfigError::RowsLimit)
+        }
+    }
+
+    /// Sets the largest expected error of disparity at which a rig may arm, px ([`crate::Verdict::depth_px`]). Default
+    /// 2. Infinity is allowed: a rig that uses rows and no metric depth, such as one that started from a guess.
+    ///
+    /// # Errors
+    /// [`ConfigError::DepthLimit`] unless the value is above 0.
+    pub const fn with_depth_limit_px(mut self, px: f32) -> Result<Self, ConfigError> {
+        if px > 0.0 {
+            self.depth_limit_px = if px < f32::MAX { px } else { f32::MAX };
+            Ok(self)
+        } else {
+            Err(ConfigError::DepthLimit)
+        }
+    }
+
+    /// Sets the least coverage at which a rig may arm ([`crate::Verdict::coverage`]). Default 0.7.
+    ///
+    /// # Errors
+    /// [`ConfigError::CoverageLimit`] if the value is outside 0 to 1.
+    pub const fn with_coverage_limit(mut self, share: f32) -> Result<Self, ConfigError> {
+        if share >= 0.0 && share <= 1.0 {
+            self.coverage_limit = share;
+            Ok(self)
+        } else {
+            Err(ConfigError::CoverageLimit)
         }
     }
 

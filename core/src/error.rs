@@ -123,6 +123,15 @@ pub enum ConfigError {
     /// Standard deviation of the apparent yaw of the lens: from 0 to 0.1 rad.
     #[error("deviation of the lens's yaw must lie within 0 to 0.1 rad")]
     LensYaw,
+    /// Limit of the row offset: above 0 px.
+    #[error("limit of the rows must be above 0 px")]
+    RowsLimit,
+    /// Limit of the depth error: above 0 px.
+    #[error("limit of the depth must be above 0 px")]
+    DepthLimit,
+    /// Limit of the coverage: from 0 to 1.
+    #[error("limit of the coverage must lie within 0 to 1")]
+    CoverageLimit,
     /// Length of the baseline: from 1e-3 to 1e3 m.
     #[error("length of the baseline must lie within 1e-3 to 1e3 m")]
     BaselineLength,
@@ -231,6 +240,10 @@ pub enum Rejection {
     /// whether the calibration is good.
     #[error("no depth: all disparities alike, such as with the same image on both sides")]
     NoDepth,
+    /// Nearly all rows of left and right are equal, in the images or after rectification with the calibration in use:
+    /// the matcher searches along the rows and has not measured them. Such a pair says nothing about the calibration.
+    #[error("rows not measured: the matcher searches along rows")]
+    RowsNotMeasured,
     /// The correspondences leave a direction of the extrinsics free: they are all alike, or on one line. In the paper
     /// preset they may also be all far away. The pair is also refused for this reason if its own extrinsics are not
     /// valid.
@@ -346,9 +359,9 @@ const TOO_FEW: u16 = 502;
 /// A witness contradicts mount and lens.
 const CONTRADICTS: u16 = 1204;
 /// No pair has been fused.
-pub(crate) const NO_ESTIMATE: u16 = 700;
+const NO_ESTIMATE: u16 = 700;
 /// No match fits the estimate.
-pub(crate) const NO_MATCH: u16 = 1203;
+const NO_MATCH: u16 = 1203;
 /// A pair is being solved.
 pub(crate) const BUSY: u16 = 401;
 /// A score is out of its range.
@@ -364,6 +377,7 @@ codes! {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
         MaxCorrection = 308, LensPrior = 309, FactoryYaw = 311, LensYaw = 312, BaselineLength = 313,
+        RowsLimit = 314, DepthLimit = 315, CoverageLimit = 316,
     }
     PushError { Busy = BUSY, Score = SCORE, GridStep = 403, Pixel { 1: why } = why.code() }
     RangeError {
@@ -375,7 +389,7 @@ codes! {
     }
     Rejection {
         NotBegun = 501, TooFew = TOO_FEW, NoConsensus = 503, Unobservable = 504, Behind = 506,
-        Columns = 507, NoDepth = 508, TooUncertain = 600, CorrectionLimit = 601, NoRig = 602,
+        Columns = 507, NoDepth = 508, RowsNotMeasured = 509, TooUncertain = 600, CorrectionLimit = 601, NoRig = 602,
         Disagrees = 603, Frozen = FROZEN,
     }
     ApplyError {

@@ -13,7 +13,7 @@
 //! pixels -> batch      undistorted to rays, up to N kept: Calibrator::push
 //!        -> pair       R, t of the batch, with their information: PairReport
 //!        -> estimate   over all pairs: Proposal. Calibrator::solve_pair takes both steps and returns an Outcome
-//!        -> check      row offsets in use and proposed, whether the rig may arm, and why not: Health
+//!        -> check      rows, depth and coverage in use, whether the rig may arm, and why not: Verdict
 //!        -> apply      the estimate is put into use: Calibrator::apply returns a Calibration
 //!        -> rectifier  Calibration::homographies
 //! ```
@@ -44,12 +44,9 @@
 //! ) -> Calibration<f32> {
 //!     // A pair that is not fused is normal, and never changes the calibration in use.
 //!     log(&calibrator.take_pair(matches.iter().copied()));
-//!     match calibrator.health() {
-//!         Ok(health) => log(&health),
-//!         Err(none) => log(&none),
-//!     }
-//!     if let Err(why) = calibrator.apply() {
-//!         log(&why); // normal until four pairs agree
+//!     log(calibrator.verdict());
+//!     if calibrator.verdict().should_apply {
+//!         let _ = calibrator.apply();
 //!     }
 //!     calibrator.in_use() // its generation tells whether it has changed
 //! }
@@ -81,8 +78,7 @@
 //! | [`geometry::UndistortError`] | [`Camera::ray`] | Drop the correspondence. |
 //! | [`geometry::ProjectError`] | [`Camera::pixel`] | Drop the ray: it is beyond the lens model. |
 //! | [`PushError`] | [`Calibrator::push`] | `Pixel`, `Score`, `GridStep`: drop the correspondence; if there are many of `Pixel`, the cameras are wrong. `Busy`: finish or discard the pair. |
-//! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] and [`Health`] | Take the next pair. `Behind`: left and right are exchanged, `t` has the wrong sign, or an image is mirrored. `CorrectionLimit` again and again: check factory values and mounting. `Frozen`: intended. |
-//! | [`NoHealth`] | [`Calibrator::health`] | Take more pairs; the error names the likeliest mistake, if pairs show one. |
+//! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] | Take the next pair. `Behind`: left and right are exchanged, `t` has the wrong sign, or an image is mirrored. `CorrectionLimit` again and again: check factory values and mounting. `Frozen`: intended. |
 //! | [`ApplyError`] | [`Calibrator::apply`], [`Calibrator::undo`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`geometry::RectifyError`] | [`Calibration::homographies`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
 //! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_witness`] | `NoBaseline`: set [`FactoryCalibration::with_baseline_m`]. `Reading`, `Pixel`: drop the reading. `Contradicts` again and again: check the sensor and its scale. All others: measure again later. |
@@ -106,7 +102,7 @@
 //! | [`Calibrator::advance_pair`], a pass | 120,000; in a track 34,000 | 2 in a track, in a search up to [`Config::with_max_passes`] |
 //! | [`Calibrator::advance_pair`], the last pass | 144,000 | one per pair |
 //! | [`Calibrator::advance_pair`], the fusion | 130,000 | one per pair |
-//! | [`Calibrator::health`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
+//! | [`Calibrator::details`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
 //!
 //! * While the estimate is locked, a frame of 1,000 matches takes 0.78 million instructions from its first byte to its
 //!   outcome: 0.48 million to decode and select, 0.30 million for the pair. While it is acquiring, the frame takes 1.69
@@ -200,10 +196,10 @@ pub use geometry::camera::{Camera, Intrinsics};
 pub use geometry::extrinsics::Extrinsics;
 pub use geometry::lens::Lens;
 pub use outcome::cause::Cause;
-pub use outcome::health::{Band, Health, NoHealth};
 pub use outcome::pair_report::{Fused, Outcome, PairReport};
 pub use outcome::proposal::Proposal;
 pub use outcome::reasons::{Reason, Reasons};
+pub use outcome::verdict::Verdict;
 pub use record::factory::FactoryCalibration;
 pub use scalar::Scalar;
 pub use state::State;

@@ -18,6 +18,8 @@ pub trait Scalar: sealed::Sealed + RealField + Copy + Default {
     const HALF: Self;
     /// Minus one.
     const MINUS_ONE: Self;
+    /// Positive infinity.
+    const INFINITY: Self;
     /// Distance from 1 to the next larger number.
     const EPSILON: Self;
     /// Bytes of the representation: 4 or 8.
@@ -84,6 +86,7 @@ macro_rules! scalar {
             const ONE: Self = 1.0;
             const HALF: Self = 0.5;
             const MINUS_ONE: Self = -1.0;
+            const INFINITY: Self = $t::INFINITY;
             const EPSILON: Self = $t::EPSILON;
             const BYTES: u8 = $bytes;
             const SINE: [Self; 11] =

@@ -345,6 +345,24 @@ pub(crate) const RELIEF_KEPT: f64 = 200.0;
 /// motion, px. A larger limit takes a far scene for one image; a smaller one misses one image under noise.
 pub(crate) const ALIKE_PX: f64 = 2.0;
 
+/// Share of the matches with equal rows from which on the rows were not measured, and above which they lie on a grid.
+/// Whole pixels tie in 9 of 10 matches at most. A larger first share fuses copied rows; a smaller one refuses whole
+/// pixels. A larger second share misses a grid; a smaller one takes a fine grid, which is harmless, for a coarse one.
+pub(crate) const MOST_TIED: f64 = 0.95;
+pub(crate) const MIN_TIED: f64 = 0.3;
+
+/// Largest difference of rows after rectification that is a tie, px. A larger limit takes precise rows for copies; a
+/// smaller one misses copies whose pixels were rounded.
+pub(crate) const TIE_PX: f64 = 1.0 / 64.0;
+
+/// Largest difference of rows that shows the step of a grid, px. A larger limit takes mismatches for steps; a smaller
+/// one underestimates the steps of a coarse pyramid.
+pub(crate) const MAX_ROW_STEP_PX: f64 = 8.0;
+
+/// Least step that the matcher may state without a test of its rows, px. A larger limit widens matches that are whole
+/// by chance; a smaller one believes a matcher that states the resolution of its numbers.
+pub(crate) const COARSE_STEP_PX: f64 = 0.25;
+
 /// Disagreement of image halves above which it is a reason for doubt, and above which the estimate counts as biased if
 /// the lens models are exact. Larger limits apply biased estimates; smaller ones refuse healthy estimates (below 2.3).
 pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
@@ -361,8 +379,21 @@ pub(crate) const SCREEN: f64 = 3.0;
 /// three deviations of a row offset.
 pub(crate) const SCREEN_NOISES: f64 = 4.2;
 
-/// RMS row offset, and difference of the row offsets in use and proposed, above which a matcher that searches along
-/// rows misses. A larger limit arms a misaligned rig; a smaller one refuses a usable one.
+/// Pairs in a row that must fit the calibration in use before a rig arms, and that must miss it before a rig disarms.
+/// Larger numbers arm and disarm later; with 1, a single wrong pair decides.
+pub(crate) const GOOD_IN_A_ROW: u8 = 2;
+pub(crate) const BAD_IN_A_ROW: u8 = 2;
+
+/// Number of pairs in a row without a solution after which a rig disarms. A larger number arms on old evidence; a smaller
+/// one disarms above water or fog.
+pub(crate) const MAX_UNSOLVED: u8 = 10;
+
+/// Least share of the cells of the image with a match that fits. A larger limit disarms with few matches; a smaller one
+/// arms with matches in one corner.
+pub(crate) const MIN_IMAGE_COVERAGE: f64 = 0.15;
+
+/// RMS difference of the row offsets in use and proposed above which an estimate is clearly better, px. A larger limit
+/// asks for changes later; a smaller one asks for changes that no matcher notices.
 pub(crate) const BAD_PX: f64 = 1.0;
 
 /// Number of levels of size into which row offsets are sorted, each ending at twice the end of the previous one; end of

@@ -8,7 +8,7 @@ use embedded_hal::spi::SpiDevice;
 use stereo_selfcal::depth::{MotionError, RangeError, RangeReading, Tracks, Witnessed};
 use stereo_selfcal::link::{Counters, FpgaMatcher, ReadStatus, ReceiveError, Received, Tracking};
 use stereo_selfcal::{
-    ApplyError, Calibration, Calibrator, Fused, Health, Outcome, PairReport, Rejection, State,
+    ApplyError, Calibration, Calibrator, Fused, Outcome, PairReport, Rejection, State, Verdict,
 };
 
 /// Result of one [`App::poll`].
@@ -47,9 +47,8 @@ pub enum Event {
 pub struct PairOutcome {
     /// The solved pair and the result of its fusion, or why it could not be solved.
     pub outcome: Result<(PairReport<f32>, Result<Fused, Rejection>), Rejection>,
-    /// Health over the matches of this pair, with the extrinsics in use and with the estimate after this
-    /// pair. `None` without an estimate, and if no match fits the estimate.
-    pub health: Option<Health<f32>>,
+    /// Verdict on the calibration in use, before the estimate was applied.
+    pub verdict: Verdict<f32>,
     /// Effect of the tracks that this pair shares with an earlier one; `None` if it shares none.
     pub motion: Option<Result<Witnessed, MotionError>>,
 }
@@ -150,13 +149,14 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         self.stage = Stage::Finished;
         let tracks = self.tracks.as_deref_mut().filter(|tracks| !tracks.quads().is_empty());
         let motion = tracks.map(|tracks| self.calibrator.push_witness(tracks));
+        let verdict = *self.calibrator.verdict();
         if self.applies {
-            // Refused if the estimate is not locked or is in doubt; the health has the reason.
+            // Refused if the estimate is not locked or is in doubt; the verdict has the reason.
             let _ = self.calibrator.apply();
         }
         let outcome = pair.map(|report| (report, fused)).ok_or(fused.err());
         let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
-        Event::Pair(PairOutcome { outcome, health: self.calibrator.health().ok(), motion })
+        Event::Pair(PairOutcome { outcome, verdict, motion })
     }
 
     /// The calibrator, with the estimate and the extrinsics in use.
@@ -258,8 +258,7 @@ mod tests {
         let (passes, pair) = finish_pair(&mut app);
         let (report, fused) = pair.outcome.unwrap();
         assert_eq!((passes, fused), (usize::from(report.passes) + 1, Ok(Fused::Added)));
-        let health = pair.health.unwrap();
-        assert!(health.proposed_px < health.in_use_px && health.in_use_px > 1.0, "{health:?}");
+        assert!(pair.verdict.rows_px > 1.0 && pair.verdict.should_apply, "{}", pair.verdict);
         assert_eq!(app.calibrator().in_use().generation, 0);
         let estimate = app.calibrator().proposal().unwrap().extrinsics;
         let applied = app.apply().unwrap();
@@ -297,7 +296,7 @@ mod tests {
         read(&mut app).unwrap();
         let (_, pair) = finish_pair(&mut app);
         assert_eq!(pair.outcome, Err(Rejection::TooFew { usable: 5, needed: 12 }));
-        assert_eq!((pair.health, app.apply()), (None, Err(ApplyError::NoProposal)));
+        assert_eq!((pair.verdict.may_arm, app.apply()), (false, Err(ApplyError::NoProposal)));
         read(&mut app).unwrap();
         assert!(matches!(finish_pair(&mut app).1.outcome, Ok((_, Ok(Fused::Added)))));
     }

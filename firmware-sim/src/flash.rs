@@ -138,10 +138,11 @@ fn log(pair: &PairOutcome) {
         }
         Err(why) => warn!("  not solved: {}", why),
     }
-    if let Some(health) = pair.health {
-        let [used, proposed] = [health.in_use_px, health.proposed_px];
-        info!("  row offset in use {} px, proposed {} px", used, proposed);
-    }
+    let Verdict { rows_px, depth_px, coverage, may_arm, .. } = pair.verdict;
+    info!(
+        "  rows {} px, depth {} px, coverage {}, may arm: {}",
+        rows_px, depth_px, coverage, may_arm
+    );
 }
 
 /// Whether the applied extrinsics are within [`BOUND`] of the true ones.

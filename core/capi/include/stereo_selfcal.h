@@ -12,7 +12,7 @@
  * function documents otherwise. Null and misaligned pointers and storage that is not initialised are refused.
  * A refused call writes no results except the ones that its documentation names. The calibration in use stays as
  * it is, unless a record is refused: selfcal_restore then leaves the factory calibration in use. Refused
- * correspondences are counted. A refused pair is noted in the health and may count against the estimate: go on
+ * correspondences are counted. A refused pair is noted in the verdict and may count against the estimate: go on
  * with the next pair.
  *
  * Nothing allocates, blocks or keeps a pointer. One call at a time for each calibrator and each link.
@@ -26,9 +26,9 @@
  *               selfcal_in_use(&cal, &used); load the rectifier with it
  *     for each stereo pair:
  *         selfcal_take_pair(&cal, matches, count, NULL);
- *         selfcal_health(&cal, &health, NULL);
- *         loaded = used.generation;
- *         if (selfcal_apply(&cal, &used) == SELFCAL_OK && used.generation != loaded)
+ *         selfcal_verdict(&cal, &verdict);
+ *         allow arming only if verdict.may_arm
+ *         if (verdict.should_apply && selfcal_apply(&cal, &used) == SELFCAL_OK)
  *             load the rectifier with it
  *
  * SELFCAL_CAPACITY must match the library: if the library was built with the feature capacity-64, -128, -512 or
@@ -256,6 +256,10 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_NO_DEPTH = 508,
     /**
+     * rows not measured; the matcher searches along rows
+     */
+    SELFCAL_ERROR_ROWS_NOT_MEASURED = 509,
+    /**
      * the standard deviation of the weakest direction of the pair is too large
      */
     SELFCAL_ERROR_TOO_UNCERTAIN = 600,
@@ -288,7 +292,7 @@ enum selfcal_error_t
      */
     SELFCAL_ERROR_NOT_LOCKED = 702,
     /**
-     * a second crowd of matches, or image halves that disagree; read the health
+     * a second crowd of matches, or image halves that disagree; read the verdict
      */
     SELFCAL_ERROR_DOUBTFUL = 703,
     /**
@@ -473,7 +477,7 @@ enum selfcal_fused_t
      * lens corrected, estimate begins again
      *
      * The pairs show another lens model of the right camera: the estimate begins again with corrected cameras
-     * (`SELFCAL_LENS_TRACKING_COMPENSATE`). The batch is emptied, and there is neither a proposal nor health until
+     * (`SELFCAL_LENS_TRACKING_COMPENSATE`). The batch is emptied, and there are neither a proposal nor details until
      * the next pair is fused.
      */
     SELFCAL_FUSED_LENS_CORRECTED = 12005,
@@ -651,52 +655,6 @@ typedef uint32_t selfcal_direction_t;
 #endif // __cplusplus
 
 /**
- * Rating of the extrinsics in use. The estimate is clearly better if it lowers the RMS row offset over all pairs
- * by a tenth and by more than chance, or if the row offsets in use and proposed differ by 1 px RMS or more. In the
- * paper preset, and while one of them belongs to other cameras than the rays of the pairs, a tenth over the
- * matches of the last pair is enough.
- */
-enum selfcal_band_t
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * good
-     *
-     * The estimate is not clearly better.
-     */
-    SELFCAL_BAND_GOOD = 16000,
-    /**
-     * improvable
-     *
-     * The RMS row offset in use is below 1 px, and the estimate is clearly better.
-     */
-    SELFCAL_BAND_IMPROVABLE = 16001,
-    /**
-     * recalibrate
-     *
-     * The RMS row offset in use is 1 px or more, and the estimate is clearly better: a matcher that searches along
-     * rows will miss.
-     */
-    SELFCAL_BAND_RECALIBRATE = 16002,
-    /**
-     * unknown
-     *
-     * The matches cannot rate the calibration, because of the mistake in `cause`. Also a value that this API does
-     * not know.
-     */
-    SELFCAL_BAND_UNKNOWN = 16255,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum selfcal_band_t selfcal_band_t;
-#else
-typedef uint32_t selfcal_band_t;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
  * A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
  */
 enum selfcal_cause_t
@@ -742,9 +700,9 @@ enum selfcal_cause_t
      */
     SELFCAL_CAUSE_SMALLER_IMAGES = 18005,
     /**
-     * cameras of larger images
+     * cameras of larger images, or matches in one quarter of the image only
      *
-     * All matches of all pairs are in the upper left quarter of the left image.
+     * The matches of all pairs fill the upper left quarter of the left image and nothing else.
      */
     SELFCAL_CAUSE_LARGER_IMAGES = 18006,
     /**
@@ -765,6 +723,18 @@ enum selfcal_cause_t
      * No other cause explains the pairs without agreement.
      */
     SELFCAL_CAUSE_MISMATCHES = 18009,
+    /**
+     * rows not measured: the matcher searches along rows
+     *
+     * Nearly all rows of left and right are equal.
+     */
+    SELFCAL_CAUSE_ROWS_NOT_MEASURED = 18010,
+    /**
+     * left and right of different moments, a moving mount, or a rolling shutter
+     *
+     * Pairs fit well alone, and not each other.
+     */
+    SELFCAL_CAUSE_MOMENTS = 18011,
     /**
      * unknown
      *
@@ -938,7 +908,7 @@ enum selfcal_reason_t
      * estimate not locked
      *
      * The state is not locked: the estimate is not confirmed, the last pair disagrees with it, or a challenger
-     * gathers pairs. Forbids arming.
+     * gathers pairs. Forbids arming, except in the state suspect.
      */
     SELFCAL_REASON_NOT_LOCKED = 65536,
     /**
@@ -963,11 +933,31 @@ enum selfcal_reason_t
      */
     SELFCAL_REASON_UNFIT = 16777216,
     /**
-     * in use off by 1 px or more
+     * in use not confirmed by the last pairs
      *
-     * The row offsets in use and of the estimate differ by 1 px RMS or more. Forbids arming.
+     * The calibration in use has not fitted two pairs in a row, or two pairs in a row have missed it since, or no
+     * pair could be solved for ten pairs. Forbids arming.
      */
-    SELFCAL_REASON_MISALIGNED = 131072,
+    SELFCAL_REASON_EVIDENCE = 536870912,
+    /**
+     * depth in use uncertain
+     *
+     * `depth_px` is above its limit. Forbids arming.
+     */
+    SELFCAL_REASON_DEPTH = 134217728,
+    /**
+     * rows in use off
+     *
+     * `rows_px` is above its limit. One such pair alone does not disarm.
+     */
+    SELFCAL_REASON_ROWS = 131072,
+    /**
+     * matches do not cover image or calibration in use
+     *
+     * `coverage` is below its limit, or the matches cover less than a seventh of the image. One such pair alone does
+     * not disarm.
+     */
+    SELFCAL_REASON_COVERAGE = 67108864,
     /**
      * image halves disagree
      *
@@ -1161,8 +1151,8 @@ typedef struct selfcal_config_t {
     float noise_floor_px;
     /**
      * Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. A larger value lets
-     * outliers bias the result; a smaller one discards the information of good matches. In both presets the health
-     * counts a match as fitting if its row offset is within three thresholds, or within 4.2 times the noise of a
+     * outliers bias the result; a smaller one discards the information of good matches. In both presets a match
+     * fits a calibration if its row offset is within three thresholds, or within 4.2 times the noise of a
      * coordinate if that is more.
      */
     float huber_threshold_px;
@@ -1176,6 +1166,20 @@ typedef struct selfcal_config_t {
      * 0.12. Paper preset.
      */
     float max_sd_rad;
+    /**
+     * Largest row offset in use at which a rig may arm, px: above 0, or infinite; default 1.
+     */
+    float rows_limit_px;
+    /**
+     * Largest expected error of disparity at which a rig may arm, px: above 0, or infinite for a rig that uses no metric
+     * depth, such as one that started from a guess; default 2.
+     */
+    float depth_limit_px;
+    /**
+     * Least share of the matches that fit the pair's own pose that must fit the calibration in use: up to 1; default
+     * 0.7.
+     */
+    float coverage_limit;
     /**
      * A `selfcal_angle_t`. Paper preset.
      */
@@ -1791,10 +1795,63 @@ typedef struct selfcal_proposal_t {
 } selfcal_proposal_t;
 
 /**
- * Quality of the calibration in use and of the estimate, over the matches of the last pair. Both RMS values are over
- * the matches that fit the estimate.
+ * What the last pairs say of the calibration in use. A struct of zeros is no verdict: 0 is no state, and it permits
+ * nothing.
  */
-typedef struct selfcal_health_t {
+typedef struct selfcal_verdict_t {
+    /**
+     * RMS row offset of the calibration in use beyond that of the pair's own pose, px; infinite before the first pair.
+     * Noise of the matcher does not count; vibration does.
+     */
+    float rows_px;
+    /**
+     * Expected RMS error of the disparities with the calibration in use, px; infinite without an estimate. The error of
+     * depth `Z` is `Z^2 / (f b)` times this.
+     */
+    float depth_px;
+    /**
+     * Share of the matches that fit the calibration in use, among those that fit the pair's own pose, 0 to 1.
+     */
+    float coverage;
+    /**
+     * Share of the cells of an 8 x 6 grid over the left image with a match that fits the pair's own pose, 0 to 1.
+     */
+    float image_coverage;
+    /**
+     * Whether `rows_px` is within `rows_limit_px` of the configuration.
+     */
+    bool rows_ok;
+    /**
+     * Whether `depth_px` is within `depth_limit_px` of the configuration.
+     */
+    bool depth_ok;
+    /**
+     * Answer to an arming check; `reasons` says why it is false.
+     */
+    bool may_arm;
+    /**
+     * Whether `selfcal_apply` is worthwhile: the estimate is locked and clearly better than the calibration in use.
+     */
+    bool should_apply;
+    /**
+     * State of the estimate.
+     */
+    selfcal_state_t state;
+    /**
+     * Reasons not to rely on the calibration in use: sum of `selfcal_reason_t`.
+     */
+    uint32_t reasons;
+    /**
+     * The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show.
+     */
+    selfcal_cause_t cause;
+} selfcal_verdict_t;
+
+/**
+ * The calibration in use and the estimate over the matches of the last pair, for logs. Both RMS values are over the
+ * matches that fit the estimate.
+ */
+typedef struct selfcal_details_t {
     /**
      * RMS row offset of the extrinsics in use, px; 0 is perfect.
      */
@@ -1817,18 +1874,6 @@ typedef struct selfcal_health_t {
      */
     uint32_t fit_proposed;
     /**
-     * Share of the cells with a match that fits the estimate, 0 to 1, in an 8 x 6 grid over the left image.
-     */
-    float coverage;
-    /**
-     * Rating of the extrinsics in use.
-     */
-    selfcal_band_t band;
-    /**
-     * State of the estimate.
-     */
-    selfcal_state_t state;
-    /**
      * Expected error of the yaw in use, rad.
      */
     float yaw_rad;
@@ -1838,23 +1883,6 @@ typedef struct selfcal_health_t {
      */
     float corner_px;
     /**
-     * Why the last pair was not fused; `SELFCAL_OK` if it was, and while a pair is being solved.
-     */
-    selfcal_error_t rejection;
-    /**
-     * Answer to an arming check; `reasons` says why it is false. Vibration increases both RMS values, but does not
-     * count in this check.
-     */
-    bool may_arm;
-    /**
-     * Reasons not to rely on the calibration in use: sum of `selfcal_reason_t`.
-     */
-    uint32_t reasons;
-    /**
-     * The likeliest mistake in rig file or matcher that the pairs, the matches or the estimate show.
-     */
-    selfcal_cause_t cause;
-    /**
      * Number of readings of `selfcal_push_range` since the last reset that contradicted the yaw: they were refused, or
      * had to wait for further readings that agree. Saturates.
      */
@@ -1863,7 +1891,7 @@ typedef struct selfcal_health_t {
      * The same number for motions of `selfcal_push_motion` and `selfcal_push_tracks`.
      */
     uint16_t contradicting_motions;
-} selfcal_health_t;
+} selfcal_details_t;
 
 /**
  * Rectifying rotations `R_l`, `R_r`, which align the rows of both views.
@@ -2205,7 +2233,7 @@ selfcal_error_t selfcal_take_pair(struct selfcal_t *cal,
 
 /**
  * Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins
- * a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the
+ * a new batch; until then `selfcal_details` and `selfcal_push_range` read this one. It has the
  * same errors as `selfcal_take_pair`.
  *
  * * `outcome`: written with these errors, too; may be null.
@@ -2242,22 +2270,26 @@ selfcal_error_t selfcal_proposal(const struct selfcal_t *cal,
                                  struct selfcal_proposal_t *proposal);
 
 /**
+ * Writes the verdict after the last pair. It stays the same until the next pair has ended, and costs nothing. If the
+ * call fails, nothing is written.
+ */
+selfcal_error_t selfcal_verdict(const struct selfcal_t *cal,
+                                struct selfcal_verdict_t *verdict);
+
+/**
  * Compares the calibration in use with the estimate over the matches of the last pair, in one pass over the batch.
  * Call it before the next correspondence is pushed.
  *
  * Without an estimate it returns `SELFCAL_ERROR_NO_ESTIMATE`, and without a match that fits the estimate
- * `SELFCAL_ERROR_NO_MATCH`.
- *
- * * `cause`: the likeliest mistake in rig file or matcher, also written with these two errors; may be null.
+ * `SELFCAL_ERROR_NO_MATCH`; nothing is written then.
  */
-selfcal_error_t selfcal_health(const struct selfcal_t *cal,
-                               struct selfcal_health_t *health,
-                               selfcal_cause_t *cause);
+selfcal_error_t selfcal_details(const struct selfcal_t *cal,
+                                struct selfcal_details_t *details);
 
 /**
  * Writes the expected depth errors of the extrinsics in use at 1, 2, 5 and 10 m, in the middle of the image. Takes one
  * pass over the batch. The noise of the matcher and the error of the baseline length are not included. Returns
- * `SELFCAL_ERROR_NOT_LOCKED` if the estimate is not locked. It also has the errors of `selfcal_health`.
+ * `SELFCAL_ERROR_NOT_LOCKED` if the estimate is not locked. It also has the errors of `selfcal_details`.
  *
  * * `baseline_m`: length of the baseline, m; finite and above 0.
  * * `errors`: expected depth errors, m.

@@ -69,8 +69,8 @@ pub struct selfcal_config_t {
     /// Paper preset: noise of a row offset, default 0.02. The bound keeps the information finite on data without noise.
     pub noise_floor_px: f32,
     /// Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. A larger value lets
-    /// outliers bias the result; a smaller one discards the information of good matches. In both presets the health
-    /// counts a match as fitting if its row offset is within three thresholds, or within 4.2 times the noise of a
+    /// outliers bias the result; a smaller one discards the information of good matches. In both presets a match
+    /// fits a calibration if its row offset is within three thresholds, or within 4.2 times the noise of a
     /// coordinate if that is more.
     pub huber_threshold_px: f32,
     /// Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. A value below the
@@ -79,6 +79,14 @@ pub struct selfcal_config_t {
     /// Largest standard deviation of the least certain direction of a fused pair, rad: finite and above 0; default
     /// 0.12. Paper preset.
     pub max_sd_rad: f32,
+    /// Largest row offset in use at which a rig may arm, px: above 0, or infinite; default 1.
+    pub rows_limit_px: f32,
+    /// Largest expected error of disparity at which a rig may arm, px: above 0, or infinite for a rig that uses no metric
+    /// depth, such as one that started from a guess; default 2.
+    pub depth_limit_px: f32,
+    /// Least share of the matches that fit the pair's own pose that must fit the calibration in use: up to 1; default
+    /// 0.7.
+    pub coverage_limit: f32,
     /// A `selfcal_angle_t`. Paper preset.
     pub angle: u32,
     /// A `selfcal_lens_tracking_t`. Robust preset with a lens prior.
@@ -129,6 +137,9 @@ impl ConfigFault {
                 }
                 ConfigError::LensYaw => c"yaw_rad of lens_prior is not within 0 to 0.1",
                 ConfigError::FactoryYaw => c"yaw_sd_rad is not within 1e-6 to 1",
+                ConfigError::RowsLimit => c"rows_limit_px is not above 0",
+                ConfigError::DepthLimit => c"depth_limit_px is not above 0",
+                ConfigError::CoverageLimit => c"coverage_limit is not within 0 to 1",
                 ConfigError::BaselineLength => c"baseline_m is not within 1e-3 to 1e3",
                 _ => c"unknown",
             },
@@ -163,6 +174,9 @@ impl selfcal_config_t {
         let config = given(config, self.prior_sd_rad, Config::with_prior_sd_rad)?;
         let config = given(config, self.noise_floor_px, Config::with_noise_floor_px)?;
         let config = given(config, self.huber_threshold_px, Config::with_huber_threshold_px)?;
+        let config = given(config, self.rows_limit_px, Config::with_rows_limit_px)?;
+        let config = given(config, self.depth_limit_px, Config::with_depth_limit_px)?;
+        let config = given(config, self.coverage_limit, Config::with_coverage_limit)?;
         match self.has_lens_prior {
             0 => Ok(config),
             1 => {

@@ -4,9 +4,9 @@ use core::ffi::{CStr, c_char};
 
 use crate::error::selfcal_error_t;
 use crate::estimate::{selfcal_direction_t, selfcal_state_t};
-use crate::health::{selfcal_band_t, selfcal_cause_t, selfcal_reason_t};
 use crate::pair::{selfcal_fused_t, selfcal_stop_t};
 use crate::push::selfcal_pushed_t;
+use crate::verdict::{selfcal_cause_t, selfcal_reason_t};
 use crate::witness::selfcal_witnessed_t;
 
 /// Declares an enumeration. The first line of a value's documentation is its text.
@@ -84,7 +84,6 @@ const ALL: &[&[Text]] = &[
     selfcal_fused_t::TEXTS,
     selfcal_state_t::TEXTS,
     selfcal_direction_t::TEXTS,
-    selfcal_band_t::TEXTS,
     selfcal_reason_t::TEXTS,
     selfcal_cause_t::TEXTS,
     selfcal_witnessed_t::TEXTS,

@@ -3,7 +3,7 @@
 use stereo_selfcal::depth::{MotionError, RangeError};
 use stereo_selfcal::geometry::{ProjectError, RectifyError, UndistortError};
 use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError};
-use stereo_selfcal::{ApplyError, NoHealth, PushError, Rejection, RestoreError};
+use stereo_selfcal::{ApplyError, PushError, Rejection, RestoreError};
 
 c_enum! {
     /// Result of a call. An error that several functions return has the same number in all of them. Numbers from 100 on
@@ -59,6 +59,8 @@ c_enum! {
         SELFCAL_ERROR_COLUMNS = 507,
         /// no depth; all disparities are alike, as with the same image on both sides
         SELFCAL_ERROR_NO_DEPTH = 508,
+        /// rows not measured; the matcher searches along rows
+        SELFCAL_ERROR_ROWS_NOT_MEASURED = 509,
 
         /// the standard deviation of the weakest direction of the pair is too large
         SELFCAL_ERROR_TOO_UNCERTAIN = 600,
@@ -77,7 +79,7 @@ c_enum! {
         SELFCAL_ERROR_INCONSISTENT = 701,
         /// the estimate is not locked; read selfcal_state
         SELFCAL_ERROR_NOT_LOCKED = 702,
-        /// a second crowd of matches, or image halves that disagree; read the health
+        /// a second crowd of matches, or image halves that disagree; read the verdict
         SELFCAL_ERROR_DOUBTFUL = 703,
         /// nothing has been applied since the last reset or undo
         SELFCAL_ERROR_NOTHING_TO_UNDO = 705,
@@ -133,7 +135,7 @@ c_enum! {
 use selfcal_error_t::*;
 
 from_core!(
-    UndistortError, ProjectError, PushError, Rejection, NoHealth, ApplyError, RangeError,
+    UndistortError, ProjectError, PushError, Rejection, ApplyError, RangeError,
     MotionError, RectifyError, RestoreError, FrameRefusal, HeaderError, EncodeError
     => selfcal_error_t from 0, else SELFCAL_ERROR_UNKNOWN
 );

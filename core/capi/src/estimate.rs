@@ -6,10 +6,10 @@ use stereo_selfcal::{Proposal, State};
 use crate::error::selfcal_error_t::{self, *};
 use crate::error::status;
 use crate::extrinsics::selfcal_extrinsics_t;
-use crate::health::bits;
 use crate::instance::{selfcal_t, shared};
 use crate::lens::selfcal_lens_correction_t;
 use crate::pointer::Out;
+use crate::verdict::bits;
 
 c_enum! {
     /// Reliability of the estimate.

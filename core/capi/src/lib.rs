@@ -8,7 +8,7 @@
 //! exceptions are `selfcal_string` and `selfcal_argument_string`. A refused call writes no results
 //! except the ones that its documentation names. The calibration in use stays as it is, unless a record is refused:
 //! [`selfcal_restore`] then leaves the factory calibration in use. Refused correspondences are counted. A
-//! refused pair is noted in the health and may count against the estimate.
+//! refused pair is noted in the verdict and may count against the estimate.
 //!
 //! # Safety
 //! One contract holds for all functions. Each pointer is null, or points to a live object of its type that
@@ -40,12 +40,12 @@ mod calibration;
 mod camera;
 mod capacity;
 mod config;
+mod details;
 mod encoder;
 mod error;
 mod estimate;
 mod extrinsics;
 mod factory;
-mod health;
 mod instance;
 mod lens;
 mod lifecycle;
@@ -57,6 +57,7 @@ mod push;
 mod record;
 mod rectify;
 mod tracks;
+mod verdict;
 mod witness;
 
 pub use apply::*;
@@ -64,13 +65,13 @@ pub use calibration::*;
 pub use camera::*;
 pub use capacity::*;
 pub use config::*;
+pub use details::*;
 pub use encoder::*;
 pub use enumeration::*;
 pub use error::*;
 pub use estimate::*;
 pub use extrinsics::*;
 pub use factory::*;
-pub use health::*;
 pub use instance::*;
 pub use lens::*;
 pub use lifecycle::*;
@@ -80,6 +81,7 @@ pub use push::*;
 pub use record::*;
 pub use rectify::*;
 pub use tracks::*;
+pub use verdict::*;
 pub use witness::*;
 
 /// Unreachable: the core has no reachable panic. `.ci/capi` links all functions of the API, and checks that the linker

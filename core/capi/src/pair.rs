@@ -65,7 +65,7 @@ c_enum! {
         /// lens corrected, estimate begins again
         ///
         /// The pairs show another lens model of the right camera: the estimate begins again with corrected cameras
-        /// (`SELFCAL_LENS_TRACKING_COMPENSATE`). The batch is emptied, and there is neither a proposal nor health until
+        /// (`SELFCAL_LENS_TRACKING_COMPENSATE`). The batch is emptied, and there are neither a proposal nor details until
         /// the next pair is fused.
         SELFCAL_FUSED_LENS_CORRECTED = 12005,
         /// not fused
@@ -205,7 +205,7 @@ pub unsafe extern "C" fn selfcal_take_pair(
 }
 
 /// Solves the batch and fuses the result, in one call with all passes. The next correspondence that is pushed begins
-/// a new batch; until then `selfcal_health` and `selfcal_push_range` read this one. It has the
+/// a new batch; until then `selfcal_details` and `selfcal_push_range` read this one. It has the
 /// same errors as `selfcal_take_pair`.
 ///
 /// * `outcome`: written with these errors, too; may be null.

@@ -76,7 +76,7 @@ pub(crate) fn run(rig: &mut Rig, wire: &mut Wire, out: &mut impl Write) -> io::R
 /// Takes the pair and applies.
 fn end_pair(rig: &mut Rig, frame: &Received, link: &Counters) -> Value {
     let outcome = rig.solve_pair().to_string();
-    let health = rig.health().ok().map(|health| health.to_string());
+    let verdict = rig.verdict().to_string();
     let not_applied = match rig.apply() {
         Ok(_) | Err(ApplyError::NoProposal | ApplyError::NotLocked(_)) => None,
         Err(why) => Some(why.to_string()),
@@ -89,7 +89,7 @@ fn end_pair(rig: &mut Rig, frame: &Received, link: &Counters) -> Value {
         "taken": frame.taken,
         "outcome": outcome,
         "state": rig.state().to_string(),
-        "health": health,
+        "verdict": verdict,
         "not_applied": not_applied,
         "generation": rig.in_use().generation,
         "rotation": in_use.rotation_row_major(),

@@ -1,5 +1,5 @@
 //! Calibrator for a Linux companion computer. It reads matches as lines from standard input, and writes the outcome and
-//! the health of each pair, and the extrinsics in use when they change. With `--udp` or `--device` it reads frames of a
+//! the verdict after each pair, and the extrinsics in use when they change. With `--udp` or `--device` it reads frames of a
 //! matcher instead, and writes a JSON line for each frame.
 //!
 //! ```sh
@@ -42,7 +42,7 @@ An option holds for both cameras; --left-focal, --right-focal and so on for one 
 
 input:  one match a line: FRAME U_L V_L U_R V_R [SCORE], px before undistortion, score 0 to 1.
         FRAME is any word; a line with another FRAME ends the pair. Lines with # are comments.
-output: one line for each pair, `pair FRAME OUTCOME` and the health of the calibration, and
+output: one line for each pair, `pair FRAME OUTCOME` and the verdict on the calibration, and
         `in_use GENERATION R11 ... R33 TX TY TZ` whenever the extrinsics in use change.
         Lines that cannot be read are named on standard error and skipped.
         With frames, one JSON object for each whole frame, with the counters of the link.
@@ -156,10 +156,7 @@ fn parse(text: &str) -> Result<(&str, Correspondence<f32>), String> {
 /// Takes the pair, reports and applies.
 fn end_pair(rig: &mut Rig, frame: &str, out: &mut impl Write) -> io::Result<()> {
     write!(out, "pair {frame} {}", rig.solve_pair())?;
-    match rig.health() {
-        Ok(health) => writeln!(out, ": {health}")?,
-        Err(_) => writeln!(out, ": {}", rig.state())?,
-    }
+    writeln!(out, ": {}, {}", rig.state(), rig.verdict())?;
     let generation = rig.in_use().generation;
     match rig.apply() {
         Ok(Calibration { extrinsics, generation: now, .. }) if now != generation => {

@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use super::grid::Cell;
+use super::row_grid::step_of;
 use crate::error::{CameraError, PushError, Side};
 use crate::geometry::camera::Camera;
 use crate::geometry::lens_correction::{LensCorrection, RayChange};
@@ -29,7 +30,8 @@ pub struct Correspondence<T> {
     /// Confidence of the matcher, 0 (none) to 1 (certain), dimensionless.
     pub score: T,
     /// Step of the grid that the coordinates are rounded to, px, 0 to 255.99: 1 for whole pixels,
-    /// 1/2^f for f fraction bits, 1.2^level on a pyramid, 0 for continuous coordinates.
+    /// 1/2^f for f fraction bits, 1.2^level on a pyramid, 0 for continuous coordinates. A larger step that the rows
+    /// show counts in its place, so 0 is safe for a matcher whose step is not known.
     pub grid_step: T,
 }
 
@@ -121,9 +123,15 @@ impl<T: Scalar> RayPair<T> {
         Cell::from_bits(self.tag >> SCORE_BITS)
     }
 
-    /// Returns the step of the matcher's grid, px, rounded to 1/256; 0 for continuous coordinates.
+    /// Returns the step of the grid that the rows lie on, px, rounded to 1/256; 0 for continuous rows. It is the step
+    /// that the matcher states, or a larger one that the rows show.
     pub fn grid_step(&self) -> T {
         T::count(self.grid_step.into()) * T::lit(1.0 / STEPS_PER_PX)
+    }
+
+    /// Raises the step of the grid to at least `step`, px.
+    pub(super) fn widen_grid(&mut self, step: T) {
+        self.grid_step = self.grid_step.max(nearest(step * T::lit(STEPS_PER_PX)));
     }
 }
 
@@ -212,7 +220,7 @@ impl<T: Scalar> Cameras<T> {
                 .ray_of_checked(c.right)
                 .map_err(|e| PushError::Pixel(Side::Right, e))?,
             tag: c.score_steps() | (cell.bits() << SCORE_BITS),
-            grid_step: nearest(c.grid_step * T::lit(STEPS_PER_PX)),
+            grid_step: nearest(step_of(c) * T::lit(STEPS_PER_PX)),
         })
     }
 }
@@ -233,7 +241,7 @@ pub(super) mod tests {
     }
 
     fn rays(score: f32, grid_step: f32) -> Result<RayPair<f32>, PushError> {
-        let c = Correspondence { left: [300.0; 2], right: [290.0, 300.0], score, grid_step };
+        let c = Correspondence { left: [300.0, 300.3], right: [290.0, 300.6], score, grid_step };
         cameras().rays(&c)
     }
 

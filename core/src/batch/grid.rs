@@ -86,9 +86,11 @@ impl CellSet {
         self.0 == [0; 2]
     }
 
-    /// Returns whether all cells of the set are in the upper left quarter of the image. False for the empty set.
-    pub(crate) fn is_of_a_corner(self) -> bool {
-        self.is_within([COLUMNS / 2, ROWS / 2])
+    /// Returns whether all cells of the set are in the upper left quarter of the image and more than half of the cells
+    /// of this quarter are in the set. This is what matches of half the image size fill.
+    pub(crate) fn fills_a_corner(self) -> bool {
+        let [columns, rows] = [COLUMNS / 2, ROWS / 2];
+        self.is_within([columns, rows]) && self.len() * 2 > u32::from(columns * rows)
     }
 
     /// Returns whether all cells of the set are within, or at the border of, the upper left square whose side is the
@@ -118,7 +120,12 @@ impl CellSet {
 
     /// Returns the share of all cells of the grid that are in the set, 0 to 1.
     pub(crate) fn share<T: Scalar>(self) -> T {
-        T::count(self.0.map(u32::count_ones).iter().sum()) / T::count((COLUMNS * ROWS).into())
+        T::count(self.len()) / T::count((COLUMNS * ROWS).into())
+    }
+
+    /// Returns the number of cells in the set.
+    fn len(self) -> u32 {
+        self.0.into_iter().map(u32::count_ones).sum()
     }
 
     /// Calls `f` with each cell of the set, in order of index.

@@ -2,6 +2,7 @@
 
 pub(crate) mod correspondence;
 pub(crate) mod grid;
+pub(crate) mod row_grid;
 pub(crate) mod row_offset;
 mod selection;
 mod shift;
@@ -11,14 +12,17 @@ pub use correspondence::RayPair;
 use correspondence::{Cameras, Correspondence};
 use grid::CellSet;
 use nalgebra::Vector2;
+use row_grid::{RowGrid, Rows};
 use row_offset::is_within_rows;
 pub use row_offset::row_offset;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
 use crate::error::{PushError, Rejection, UndistortError};
+use crate::geometry::lens_correction::RayChange;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
 use crate::scalar::Scalar;
+use crate::thresholds::TIE_PX;
 use shift::Shift;
 
 /// Result of offering a valid correspondence to a batch.
@@ -70,6 +74,8 @@ pub struct Batch<T, const N: usize> {
     without_ray: u32,
     /// Vote for the most frequent displacement of matches from the right image to the left image.
     shift: Shift<T>,
+    /// Ties among the rows of the images.
+    row_grid: RowGrid,
     /// Cells that contained matches in this batch or in earlier ones since the last reset.
     seen: CellSet,
     /// Whether the matches belong to a transmission frame that has not yet ended with a correct CRC.
@@ -89,6 +95,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             refused: 0,
             without_ray: 0,
             shift: Shift::NONE,
+            row_grid: RowGrid::NONE,
             seen: CellSet::NONE,
             arriving: false,
         }
@@ -140,6 +147,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         let (cell, priority) = (cameras.cell(c), Priority::of(c));
         self.seen.insert(cell);
         self.shift.add(c);
+        self.row_grid.add((c.left[1] - c.right[1]).abs(), T::ZERO);
         let full = self.pairs.is_full();
         let eviction = full.then(|| self.selection.eviction(cell, &self.pairs));
         let stays = eviction.map_or(Some(true), |eviction| eviction.is_replaced_by(priority));
@@ -197,6 +205,37 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         nearest.1
     }
 
+    /// Returns how the matcher has measured the rows, in the images or after rectification: a matcher behind a rectifier
+    /// has its grid in the rectified images. Widens the grid steps of the matches to the larger of both. Takes one pass.
+    ///
+    /// * `in_use`: the calibration of the rectifier; `change`: change of the right rays to its cameras; `focal`: mean
+    ///   focal length, px.
+    #[inline(never)]
+    pub(crate) fn measure_rows(
+        &mut self,
+        in_use: &RectifyingRotations<T>,
+        change: Option<&RayChange<T>>,
+        focal: T,
+    ) -> Rows<T> {
+        let mut rectified = RowGrid::NONE;
+        for pair in self.pairs() {
+            let changed = change.map_or(*pair, |change| pair.changed(change));
+            if let Some(offset) = row_offset(in_use, &changed) {
+                rectified.add(offset.abs() * focal, T::lit(TIE_PX));
+            }
+        }
+        let [Rows::Measured(given), Rows::Measured(rectified)] =
+            [&self.row_grid, &rectified].map(RowGrid::rows::<T>)
+        else {
+            return Rows::NotMeasured;
+        };
+        let step = given.max(rectified);
+        if step > T::ZERO {
+            self.pairs.iter_mut().for_each(|pair| pair.widen_grid(step));
+        }
+        Rows::Measured(step)
+    }
+
     /// Hides the correspondences until [`Batch::end_frame`] or [`Batch::clear`].
     pub(crate) fn begin_frame(&mut self) {
         self.arriving = true;
@@ -229,13 +268,13 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     }
 
     /// Returns the setup mistake that the pixels show. Either most matches since the last [`Batch::clear`] were
-    /// refused; or all matches so far were in the upper left quarter of the left image.
+    /// refused; or all matches so far fill the upper left quarter of the left image and nothing else.
     pub(crate) fn cause(&self) -> Option<Cause> {
         if self.refused > self.offered() / 2 {
             let most_without_ray = self.without_ray > self.refused / 2;
             Some(if most_without_ray { Cause::FocalLength } else { Cause::SmallerImages })
         } else {
-            self.seen.is_of_a_corner().then_some(Cause::LargerImages)
+            self.seen.fills_a_corner().then_some(Cause::LargerImages)
         }
     }
 
@@ -279,6 +318,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.refused = 0;
         self.without_ray = 0;
         self.shift = Shift::NONE;
+        self.row_grid = RowGrid::NONE;
         self.arriving = false;
     }
 }

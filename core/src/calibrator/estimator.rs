@@ -161,13 +161,17 @@ impl<T: Scalar> Estimator<T> {
         }
     }
 
-    /// Fuses the solved pair. A pair is fused at most once.
+    /// Fuses the solved pair, whose batch is `matches`. A pair is fused at most once.
     ///
     /// # Errors
     /// [`Rejection`]; the extrinsics of a confirmed estimate are unchanged.
     #[inline(never)]
-    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
-        dispatch!(self, state => state.fuse(context))
+    pub(crate) fn fuse(
+        &mut self,
+        context: &Context<'_, T>,
+        matches: &[RayPair<T>],
+    ) -> Result<Fused, Rejection> {
+        dispatch!(self, state => state.fuse(context, matches))
     }
 
     /// Returns whether the last pair showed the same scene as the pair fused before it.

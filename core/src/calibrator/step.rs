@@ -1,10 +1,13 @@
 //! Steps of a pair, one per call: first the passes of the solver, then the fusion.
 
 use super::Calibrator;
+use crate::batch::row_grid::Rows;
+use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::config::LensTracking;
 use crate::error::Rejection;
-use crate::outcome::cause::Causes;
+use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, Outcome, PairReport};
+use crate::outcome::verdict::{Evidence, Recent, Verdict};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -17,7 +20,7 @@ pub(super) enum Step {
     Solving,
     /// The pair is solved; the next step fuses it.
     Solved,
-    /// The pair has an outcome. Only health and witnesses still read its matches.
+    /// The pair has an outcome. Only details and witnesses still read its matches.
     Ended,
 }
 
@@ -57,13 +60,24 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             // A pair that has ended is not solved again.
             self.discard_pair();
         }
+        let is_enough = self.batch.pairs().len() >= self.config.min_correspondences.into();
+        if self.measure_rows() == Rows::NotMeasured && is_enough {
+            return Some(self.unsolved(Rejection::RowsNotMeasured));
+        }
         let context = self.estimator.context(&self.config, &self.factory);
         if let Err(why) = self.estimator.begin(&context, self.batch.pairs()) {
             return Some(self.unsolved(why));
         }
-        self.rejection = None;
         self.step = Step::Solving;
         None
+    }
+
+    /// Returns how the matcher has measured the rows of the batch.
+    fn measure_rows(&mut self) -> Rows<T> {
+        let (in_use, rays) = (&self.in_use, self.estimator.correction());
+        let change = (in_use.correction != rays).then(|| rays.change_to(&in_use.correction));
+        let rotations = RectifyingRotations::from(&in_use.extrinsics);
+        self.batch.measure_rows(&rotations, change.as_ref(), self.factory.cameras.mean_focal())
     }
 
     #[inline(never)]
@@ -81,7 +95,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn end(&mut self) -> Outcome<T> {
         match self.report() {
-            Ok(pair) => Outcome { pair: Some(pair), fused: self.fuse() },
+            Ok(pair) => {
+                let outcome = Outcome { pair: Some(pair), fused: self.fuse() };
+                self.judge(outcome.pair.as_ref());
+                outcome
+            }
             Err(why) => self.unsolved(why),
         }
     }
@@ -95,15 +113,50 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Ends a pair that could not be solved, and counts the mistake that it shows, unless the calibrator is frozen.
     /// Keeps the matches of a frame that is still arriving.
     pub(super) fn unsolved(&mut self, why: Rejection) -> Outcome<T> {
-        if !self.batch.is_arriving() {
-            self.step = Step::Ended;
-        }
-        self.rejection = Some(why);
         let size = self.factory.cameras.left.intrinsics().size;
         if let Some(cause) = self.batch.cause_of(why, size).filter(|_| !self.frozen) {
             self.causes.add(cause);
         }
+        if !self.batch.is_arriving() {
+            self.step = Step::Ended;
+            self.judge(None);
+        }
         Outcome { pair: None, fused: Err(why) }
+    }
+
+    /// Forms the verdict after a pair.
+    ///
+    /// * `own`: solution of the pair alone; `None` if it could not be solved.
+    #[inline(never)]
+    fn judge(&mut self, own: Option<&PairReport<T>>) {
+        // By reference: moving the proposal out of the option would take its stack space twice.
+        let proposal = self.proposal();
+        let proposal = proposal.as_ref();
+        let rows_px = self.estimator.noise() * T::lit(DIFFERENCE_VARIANCE).sqrt();
+        let alike = self.batch.is_moved_alike() && !self.relief.is_shown();
+        let of_estimate =
+            || proposal.and_then(|found| found.cause(&self.config.lens_prior, rows_px, alike));
+        let evidence = Evidence {
+            config: &self.config,
+            in_use: &self.in_use,
+            proposal,
+            rays: self.estimator.correction(),
+            focal: self.factory.cameras.mean_focal(),
+            state: self.estimator.state(),
+            repeated: self.estimator.is_repeated(),
+            cause: self.batch.cause().or_else(of_estimate),
+            likeliest: self.causes.likeliest(),
+        };
+        let matches = self.batch.pairs();
+        let agrees = evidence.judge(matches, own, &mut self.recent, &mut self.verdict);
+        if let Some(agrees) = agrees.filter(|_| !self.frozen) {
+            self.causes.compare(agrees);
+        }
+    }
+
+    /// Forgets the last pairs and their verdict.
+    pub(crate) fn forget_verdict(&mut self) {
+        (self.recent, self.verdict) = (Recent::NONE, Verdict::NONE);
     }
 
     #[inline(never)]
@@ -111,19 +164,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.step = Step::Ended;
         if self.frozen {
             self.estimator.discard();
-            self.rejection = Some(Rejection::Frozen);
             return Err(Rejection::Frozen);
         }
         let context = self.estimator.context(&self.config, &self.factory);
-        let fused = self.estimator.fuse(&context);
-        self.rejection = fused.err();
+        let fused = self.estimator.fuse(&context, self.batch.pairs());
         if fused.is_ok() && !self.estimator.is_repeated() && self.batch.is_moved_alike() {
             self.relief.add(self.batch.spread());
         }
-        match self.batch.cause().filter(|_| fused.is_ok()) {
-            Some(cause) => self.causes.add(cause),
-            None if self.state() == State::Locked => self.causes = Causes::NONE,
-            None => {}
+        match (fused, self.batch.cause()) {
+            (Ok(_), Some(cause)) => self.causes.add(cause),
+            _ if self.state() == State::Locked => self.causes.forget(),
+            _ => {}
         }
         let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
         if corrects && self.correct_lens() { Ok(Fused::LensCorrected) } else { fused }

@@ -51,7 +51,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// A witness that contradicts the present yaw waits ([`Witnessed::Waiting`]). The present yaw is replaced once
     /// enough contradicting witnesses in a row agree with each other: more than support the present yaw, which takes
-    /// two to four. [`crate::Health::contradicting_ranges`] and [`crate::Health::contradicting_motions`] count the
+    /// two to four. [`crate::outcome::Details`] counts the
     /// witnesses that wait, and the witnesses that are refused because they contradict mount and lens.
     ///
     /// # Errors

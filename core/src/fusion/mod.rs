@@ -209,12 +209,16 @@ impl<T: Scalar> Fusion<T> {
         report.ok_or(Rejection::Unobservable)
     }
 
-    /// Fuses the solved pair, and closes its association.
+    /// Fuses the solved pair, whose batch is `matches`, and closes its association.
     ///
     /// # Errors
     /// [`Rejection`]; the sums of the champion are unchanged, and the pair counts against the hypotheses that rejected
     /// it. [`Rejection::NotBegun`]: there is no solved pair.
-    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
+    pub(crate) fn fuse(
+        &mut self,
+        context: &Context<'_, T>,
+        matches: &[RayPair<T>],
+    ) -> Result<Fused, Rejection> {
         let Self { hypotheses, association, reference, vibration, mount, .. } = self;
         let result = association.result().ok_or(Rejection::NotBegun)?;
         let kept = Kept { reference, mount };
@@ -237,7 +241,7 @@ impl<T: Scalar> Fusion<T> {
         }
         association.close();
         if fused.is_ok() {
-            self.scene.remember();
+            self.scene.remember(matches, context.focal);
             self.reference.fade(context.fading(u32::MAX));
             self.check_mount(context);
             let Self { hypotheses, mount, .. } = self;

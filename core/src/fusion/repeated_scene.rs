@@ -26,37 +26,27 @@ impl Seen {
     }
 }
 
-/// Sampled correspondences of the last fused pair and of the current pair. RAM: 6 bytes per sample.
+/// Sampled correspondences of the last fused pair. RAM: 6 bytes per sample.
 #[derive(Debug, Clone)]
 pub(super) struct RepeatedScene {
     remembered: Sampled,
-    /// Samples of the pair that was compared last.
-    at_hand: Sampled,
 }
 
 /// Samples. The length has 8 bits, so that the slice has a valid size even if a fault has overwritten the length.
 type Sampled = heapless::Vec<[u16; 3], REMEMBERED, u8>;
 
 impl RepeatedScene {
-    pub(super) const NEW: Self =
-        Self { remembered: heapless::Vec::new(), at_hand: heapless::Vec::new() };
+    pub(super) const NEW: Self = Self { remembered: heapless::Vec::new() };
 
-    /// Returns whether the lengths are within their capacities.
+    /// Returns whether the length is within the capacity.
     pub(super) fn is_within(&self) -> bool {
-        [&self.remembered, &self.at_hand].into_iter().all(|sampled| sampled.len() <= REMEMBERED)
+        self.remembered.len() <= REMEMBERED
     }
 
-    /// Compares a batch with the scene of the last fused pair. Does not change this scene, so the batch may be compared
-    /// again before it is fused.
+    /// Compares a batch with the scene of the last fused pair.
     #[inline(never)]
-    pub(super) fn compare<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) -> Seen {
+    pub(super) fn compare<T: Scalar>(&self, pairs: &[RayPair<T>], focal: T) -> Seen {
         let scale = focal * T::lit(REMEMBERED_STEPS_PER_PX);
-        self.at_hand.clear();
-        let stride = pairs.len().div_ceil(REMEMBERED).max(1);
-        for pair in pairs.iter().step_by(stride) {
-            // With this stride the samples fit the capacity.
-            let _ = self.at_hand.push(coordinates(pair, scale));
-        }
         let [again, copied] = self.seen_again(pairs, scale);
         let is_most =
             |seen, share| seen > 0 && T::count(seen) > T::lit(share) * count(self.remembered.len());
@@ -69,9 +59,16 @@ impl RepeatedScene {
         }
     }
 
-    /// Remembers the batch that was compared last. Called after its pair has been fused.
-    pub(super) fn remember(&mut self) {
-        self.remembered.clone_from(&self.at_hand);
+    /// Remembers the batch of a fused pair.
+    #[inline(never)]
+    pub(super) fn remember<T: Scalar>(&mut self, pairs: &[RayPair<T>], focal: T) {
+        let scale = focal * T::lit(REMEMBERED_STEPS_PER_PX);
+        self.remembered.clear();
+        let stride = pairs.len().div_ceil(REMEMBERED).max(1);
+        for pair in pairs.iter().step_by(stride) {
+            // With this stride the samples fit the capacity.
+            let _ = self.remembered.push(coordinates(pair, scale));
+        }
     }
 
     /// Returns the number of remembered correspondences that a batch contains, and the number whose coordinates are the
@@ -115,7 +112,6 @@ impl RepeatedScene {
 
     pub(super) fn clear(&mut self) {
         self.remembered.clear();
-        self.at_hand.clear();
     }
 }
 
@@ -182,7 +178,7 @@ mod tests {
         /// Compares a pair and remembers it. Returns whether the pair repeats the previous one.
         fn takes(&mut self, pairs: &[RayPair<f32>], focal: f32) -> bool {
             let seen = self.compare(pairs, focal);
-            self.remember();
+            self.remember(pairs, focal);
             seen.is_repeated()
         }
     }
@@ -309,7 +305,7 @@ mod tests {
         }
         assert_eq!(repeated_scene.compare(&old, FOCAL), Seen::Copied);
         assert_eq!(repeated_scene.compare(&new, FOCAL), Seen::New);
-        repeated_scene.remember();
+        repeated_scene.remember(&new, FOCAL);
         assert_eq!(repeated_scene.compare(&new, FOCAL), Seen::Copied);
     }
 

@@ -20,7 +20,7 @@ pub enum Cause {
     SameImage,
     /// Most matches are refused, usually because a pixel is outside the images of the cameras.
     SmallerImages,
-    /// All matches of all pairs are in the upper left quarter of the left image.
+    /// The matches of all pairs fill the upper left quarter of the left image and nothing else.
     LargerImages,
     /// Most matches are refused, usually because a pixel has no ray: it is more than 85 degrees off the optical axis,
     /// or the lens model is not invertible there.
@@ -29,13 +29,18 @@ pub enum Cause {
     Lens,
     /// The matches agree on nothing.
     Mismatches,
+    /// Nearly all rows of left and right are equal, so the matcher has not measured them.
+    RowsNotMeasured,
+    /// Pairs fit well alone, and not each other.
+    Moments,
 }
 
 // 0 is free for the absence of a cause.
 codes! {
     Cause {
         Reversed = 1, Upright = 2, Transposed = 3, SameImage = 4, SmallerImages = 5, LargerImages = 6,
-        FocalLength = 7, Lens = 8, Mismatches = 9,
+        FocalLength = 7, Lens = 8, Mismatches = 9, RowsNotMeasured = 10,
+        Moments = 11,
     }
 }
 texts! {
@@ -45,10 +50,12 @@ texts! {
         Transposed = "u and v exchanged",
         SameImage = "the same image on both sides",
         SmallerImages = "cameras of smaller images, or pixels from another origin than the upper left",
-        LargerImages = "cameras of larger images",
+        LargerImages = "cameras of larger images, or matches in one quarter of the image only",
         FocalLength = "focal length or lens of another unit or image, such as mm",
         Lens = "another lens, or points that are undistorted already",
         Mismatches = "matches that agree on nothing",
+        RowsNotMeasured = "rows not measured: the matcher searches along rows",
+        Moments = "left and right of different moments, a moving mount, or a rolling shutter",
     }
 }
 
@@ -56,11 +63,11 @@ texts! {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Causes {
     /// Pairs that showed each cause, in the order of the codes.
-    pairs: [u8; 9],
+    pairs: [u8; 11],
 }
 
 impl Causes {
-    pub(crate) const NONE: Self = Self { pairs: [0; 9] };
+    pub(crate) const NONE: Self = Self { pairs: [0; 11] };
 
     /// Counts a pair that shows a cause. All counts are halved when one reaches its largest value, so old pairs fade.
     pub(crate) fn add(&mut self, cause: Cause) {
@@ -70,6 +77,24 @@ impl Causes {
             if *count == u8::MAX {
                 self.pairs = self.pairs.map(|count| count / 2);
             }
+        }
+    }
+
+    /// Forgets the causes, because a pair has locked the estimate. [`Cause::Moments`] stays: pairs of different moments
+    /// agree now and then.
+    pub(crate) fn forget(&mut self) {
+        let [others @ .., _] = &mut self.pairs;
+        *others = [0; 10];
+    }
+
+    /// Notes whether the estimate fits a pair that was solved. A pair that it misses shows [`Cause::Moments`], and each
+    /// pair that it fits removes one of these.
+    pub(crate) fn compare(&mut self, agrees: bool) {
+        let [.., moments] = &mut self.pairs;
+        if agrees {
+            *moments = moments.saturating_sub(1);
+        } else {
+            self.add(Cause::Moments);
         }
     }
 
@@ -90,7 +115,7 @@ impl Causes {
 
 impl Cause {
     /// All causes, in the order of their codes.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 11] = [
         Self::Reversed,
         Self::Upright,
         Self::Transposed,
@@ -100,6 +125,8 @@ impl Cause {
         Self::FocalLength,
         Self::Lens,
         Self::Mismatches,
+        Self::RowsNotMeasured,
+        Self::Moments,
     ];
 
     /// Returns the mistake that an unsolved pair shows; `None` if the matches are not at fault.
@@ -114,6 +141,7 @@ impl Cause {
             Rejection::Columns => Self::Upright,
             Rejection::NoConsensus | Rejection::Unobservable => Self::Mismatches,
             Rejection::NoDepth => Self::SameImage,
+            Rejection::RowsNotMeasured => Self::RowsNotMeasured,
             _ => return None,
         };
         Some(if alike { Self::SameImage } else { cause })

@@ -83,7 +83,7 @@ pub struct Proposal<T: Scalar> {
 }
 
 impl<T: Scalar> Proposal<T> {
-    /// Returns the reasons not to rely on the estimate. [`crate::Health::reasons`] adds the reasons of the last pair.
+    /// Returns the reasons not to rely on the estimate. [`crate::Verdict::reasons`] adds the reasons of the last pair.
     pub fn reasons(&self) -> Reasons {
         let lens_is_off =
             self.lens.is_some_and(|lens| lens.is_significant()) || self.lens_yaw.is_significant();

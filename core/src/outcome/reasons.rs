@@ -9,7 +9,7 @@ use core::fmt;
 #[non_exhaustive]
 pub enum Reason {
     /// The state is not locked: the estimate is not confirmed, the last pair disagrees with it, or a challenger gathers
-    /// pairs. Forbids arming.
+    /// pairs. Forbids arming, except in the state [`crate::State::Suspect`].
     NotLocked,
     /// Matches with residuals on one side of the inliers are nearly as many as the inliers, and may agree with a second
     /// calibration, for instance because of a fence or a reflection. Forbids arming, and nothing is applied until the
@@ -19,10 +19,20 @@ pub enum Reason {
     /// ([`crate::Config::without_lens_prior`]): the matches of an image region share a bias. Forbids arming, and
     /// nothing is applied.
     Biased,
-    /// The matches or the estimate show a mistake in rig file or matcher: [`crate::Health::cause`]. Forbids arming.
+    /// The matches or the estimate show a mistake in rig file or matcher: [`crate::Verdict::cause`]. Forbids arming.
     Unfit,
-    /// The row offsets in use and of the estimate differ by 1 px RMS or more. Forbids arming.
-    Misaligned,
+    /// The calibration in use has not fitted two pairs in a row, or two pairs in a row have missed it since, or no pair
+    /// could be solved for ten pairs. Forbids arming.
+    Evidence,
+    /// The disparities in use are expected to be off by more than the limit: [`crate::Verdict::depth_px`]. Forbids
+    /// arming.
+    Depth,
+    /// The rows in use are off by more than the limit: [`crate::Verdict::rows_px`]. One such pair alone does not
+    /// disarm.
+    Rows,
+    /// Too few of the matches that fit the pair's own pose fit the calibration in use, or they cover less than a
+    /// seventh of the image. One such pair alone does not disarm.
+    Coverage,
     /// Image halves disagree by more than 3 standard deviations; the reported deviations include this disagreement.
     /// With exact lens models the `t` in use is kept.
     ImageHalves,
@@ -46,13 +56,16 @@ pub enum Reason {
 // Each code is one bit, so that a set is a sum of codes.
 codes! {
     Reason {
-        NotLocked = 1, Misaligned = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
-        Repeated = 64, Axis = 128, Unfit = 256, Biased = 512, Yaw = 4096,
+        NotLocked = 1, Rows = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
+        Repeated = 64, Axis = 128, Unfit = 256, Biased = 512, Coverage = 1024, Depth = 2048,
+        Yaw = 4096, Evidence = 8192,
     }
 }
 texts! {
     Reason {
-        NotLocked = "estimate not locked", Misaligned = "in use off by 1 px or more",
+        NotLocked = "estimate not locked", Evidence = "in use not confirmed by the last pairs",
+        Depth = "depth in use uncertain", Rows = "rows in use off",
+        Coverage = "matches do not cover image or calibration in use",
         SecondMode = "second crowd of matches", ImageHalves = "image halves disagree",
         Lens = "lens models off", Baseline = "baseline not observed", Repeated = "repeated scene",
         Axis = "axis of the rotation is noise", Unfit = "matches do not support it",
@@ -62,12 +75,15 @@ texts! {
 
 impl Reason {
     /// All reasons; the reasons that forbid arming come first.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 14] = [
         Self::NotLocked,
         Self::SecondMode,
         Self::Biased,
         Self::Unfit,
-        Self::Misaligned,
+        Self::Evidence,
+        Self::Depth,
+        Self::Rows,
+        Self::Coverage,
         Self::ImageHalves,
         Self::Lens,
         Self::Baseline,
@@ -92,11 +108,11 @@ impl Reasons {
         if holds { Self(self.0 | reason.code()) } else { self }
     }
 
-    /// Returns whether a reason of the set forbids arming.
+    /// Returns whether a reason of the set forbids arming of a rig whose estimate has been confirmed.
     pub(crate) const fn forbid_arming(self) -> bool {
-        self.contains(Reason::NotLocked)
-            || self.contains(Reason::Unfit)
-            || self.contains(Reason::Misaligned)
+        self.contains(Reason::Unfit)
+            || self.contains(Reason::Evidence)
+            || self.contains(Reason::Depth)
             || self.is_doubtful()
     }
 

@@ -137,7 +137,11 @@ impl<T: Scalar> Paper<T> {
     /// # Errors
     /// [`Rejection`]; the estimate is unchanged.
     #[inline(never)]
-    pub(crate) fn fuse(&mut self, context: &Context<'_, T>) -> Result<Fused, Rejection> {
+    pub(crate) fn fuse(
+        &mut self,
+        context: &Context<'_, T>,
+        _: &[RayPair<T>],
+    ) -> Result<Fused, Rejection> {
         let report = self.solved.take().ok_or(Rejection::NotBegun)?;
         gate::admit(context, &report)?;
         // On a copy, because the mean of pairs within the limit may exceed the limit.

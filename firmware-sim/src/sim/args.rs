@@ -87,16 +87,15 @@ impl ReplayArgs {
 /// locked. Errors are against the generated rig without its vibration, which a calibration cannot follow.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Prints a line for every pair that changes state or health or is not plainly fused, and for every 50th:
+    after_help = "Prints a line for every pair that changes state or reasons or is not plainly fused, and for every 50th:
   state        acquiring, locked, suspect (the last pairs disagree), lost
-  band         of the RMS row offset in use: good, improvable, recalibrate
-  rows px      RMS row offset of the inliers, in use > proposed
-  fit          number of matches within 3 px of their row, in use > proposed
+  rows px      RMS row offset in use beyond that of the pair's own pose
+  depth px     expected RMS error of the disparities in use
+  cover        share of the matches of the pair's own pose that fit the calibration in use
   sigma deg    reported standard deviations of R and t
   weakest      direction of the largest standard deviation, and its value in degrees
-  cover        share of the left image that has inliers
-  depth error  expected at 1, 2, 5 and 10 m with the extrinsics in use, m
   arm          result of the arming check
+  apply        whether applying the estimate is worthwhile
   what         result of the pair
 
 Exit status: 0 if the flight ends locked, 1 otherwise."
@@ -147,7 +146,7 @@ pub(super) struct FlightArgs {
 ///
 /// Builds an image with the frames of the data set, and runs it in QEMU. The firmware's decoder and loop process the
 /// frames. After each pair the controller prints a checksum over all that the loop returns, R and t, deviations, passes,
-/// verdict, health, and over the record that restores its state. This computer runs the same code. Arithmetic is f32
+/// result and verdict, and over the record that restores its state. This computer runs the same code. Arithmetic is f32
 /// on both.
 #[derive(Debug, Args)]
 #[command(

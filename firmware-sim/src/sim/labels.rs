@@ -1,26 +1,19 @@
 //! Printed labels of the core's enumerations.
 
 use stereo_selfcal::outcome::Direction;
-use stereo_selfcal::{Band, Health, Reason, Reasons};
+use stereo_selfcal::{Reason, Reasons, Verdict};
 
-pub(super) fn band(band: Band) -> &'static str {
-    match band {
-        Band::Good => "good",
-        Band::Improvable => "improvable",
-        Band::Recalibrate => "recalibrate",
-        Band::Unknown => "unknown",
-    }
-}
-
-pub(super) fn arming(health: &Health<f32>) -> &'static str {
-    if health.may_arm() {
+pub(super) fn arming(verdict: &Verdict<f32>) -> &'static str {
+    if verdict.may_arm {
         return "yes";
     }
-    match health.reasons.iter().next() {
+    match verdict.reasons.iter().next() {
         Some(Reason::NotLocked) => "no: not locked",
         Some(Reason::SecondMode | Reason::Biased) => "no: doubtful",
         Some(Reason::Unfit) => "no: matches do not support it",
-        Some(Reason::Misaligned) => "no: misaligned",
+        Some(Reason::Evidence) if !verdict.rows_ok => "no: rows",
+        Some(Reason::Evidence) => "no: not confirmed",
+        Some(Reason::Depth) => "no: depth",
         _ => "no",
     }
 }

@@ -60,16 +60,13 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     writeln!(out, "plot               {}", plot.display())?;
 
     let baseline_m = set.meta.baseline_m.map(f32::lit);
-    if let Some(health) = &run.health {
-        report::health(out, "with the extrinsics of the start", health, run.weakest, baseline_m)?;
-    }
+    let weakest = app.calibrator().proposal().and_then(|found| found.weakest());
+    report::verdict(out, app.calibrator().verdict(), weakest)?;
     match (app.apply(), app.calibrator().proposal()) {
         (Ok(applied), _) => {
             report::applied(out, &applied.extrinsics, app.calibrator().in_use().generation)?;
-            app.calibrator().health().map_or(Ok(()), |health| {
-                let weakest = app.calibrator().proposal().and_then(|found| found.weakest());
-                report::health(out, "with the applied extrinsics", &health, weakest, baseline_m)
-            })
+            let details = app.calibrator().details();
+            details.map_or(Ok(()), |details| report::details(out, &details, baseline_m))
         }
         (Err(why), Some(proposal)) => report::not_applied(out, &proposal.extrinsics, why),
         (Err(why), None) => Err(why)

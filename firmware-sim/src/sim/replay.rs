@@ -6,8 +6,7 @@ use anyhow::Result;
 use rigs::data::{Dataset, in_f64};
 use sim::run::{PairSolver, RunLog, Step, progress};
 use sim::wire::Sender;
-use stereo_selfcal::outcome::Direction;
-use stereo_selfcal::{Config, FactoryCalibration, Health};
+use stereo_selfcal::{Config, FactoryCalibration};
 use test_support::wire::Wire;
 
 use super::polling::{ProcessedPair, SimApp, poll_pair};
@@ -16,10 +15,6 @@ use super::polling::{ProcessedPair, SimApp, poll_pair};
 pub(super) struct Run {
     /// Errors after each pair, against the true extrinsics.
     pub(super) log: RunLog,
-    /// Health after the last pair that has one.
-    pub(super) health: Option<Health<f32>>,
-    /// Least certain direction of the estimate of that pair, and its standard deviation, rad.
-    pub(super) weakest: Option<(Direction, f32)>,
 }
 
 /// Replays every pair and prints its line.
@@ -36,7 +31,7 @@ pub(super) fn replay<const N: usize>(
     let factory = app.calibrator().in_use().extrinsics;
     let guess = FactoryCalibration::new(set.cameras()?, factory).without_yaw();
     let start = in_f64(&factory);
-    let mut run = Run { log: RunLog::new(set.truth()?, start), health: None, weakest: None };
+    let mut run = Run { log: RunLog::new(set.truth()?, start) };
     let mut alone = PairSolver::<f32, N>::new(Config::robust(), &guess);
     let bar = progress::over(set.pairs.len(), "pairs");
     writeln!(out, "pair {}", Step::HEADING)?;
@@ -52,10 +47,6 @@ pub(super) fn replay<const N: usize>(
             writeln!(out, "{sequence:>4} {step}")?;
             change.map_or(Ok(()), |[before, after]| writeln!(out, "     {before} -> {after}"))
         })?;
-        if solved.health.is_some() {
-            run.health = solved.health;
-            run.weakest = estimate.and_then(|estimate| estimate.weakest());
-        }
         bar.inc(1);
     }
     bar.finish_and_clear();

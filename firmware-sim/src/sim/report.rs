@@ -5,8 +5,8 @@ use std::io::Write;
 use anyhow::Result;
 use rigs::data::Dataset;
 use sim::run::Summary;
-use stereo_selfcal::outcome::{DEPTHS_M, Direction};
-use stereo_selfcal::{ApplyError, Extrinsics, Health};
+use stereo_selfcal::outcome::{DEPTHS_M, Details, Direction};
+use stereo_selfcal::{ApplyError, Extrinsics, Verdict};
 
 use super::labels;
 use super::replay::Run;
@@ -50,39 +50,49 @@ fn normalised_errors(summary: &Summary) -> Option<[f64; 2]> {
     Some([t, r])
 }
 
-/// Prints the health over the last pair for an operator.
+/// Prints the verdict after the last pair for an operator.
 ///
-/// * `when`: text that names the extrinsics in use.
-pub(super) fn health(
+/// * `weakest`: least certain direction of the estimate, and its standard deviation, rad.
+pub(super) fn verdict(
     out: &mut impl Write,
-    when: &str,
-    h: &Health<f32>,
+    verdict: &Verdict<f32>,
     weakest: Option<(Direction, f32)>,
-    baseline_m: Option<f32>,
 ) -> Result<()> {
-    let [used, new] = [h.in_use_px, h.proposed_px];
-    writeln!(out, "\nHealth over the last pair {when}: {}", labels::band(h.band))?;
+    let Verdict { rows_px, depth_px, coverage, image_coverage, state, .. } = verdict;
+    writeln!(out, "\nVerdict on the extrinsics of the start, after the last pair")?;
+    writeln!(out, "rows               {rows_px:.2} px off")?;
+    writeln!(out, "depth              {depth_px:.2} px of disparity off, expected")?;
     writeln!(
         out,
-        "row offset         {used:.3} px RMS in use ({} matches fit), {new:.3} px by the estimate ({} fit)",
-        h.fit_in_use, h.fit_proposed
+        "coverage           {:.0} % of the matches fit; {:.0} % of the image covered",
+        100.0 * coverage,
+        100.0 * image_coverage
     )?;
-    let doubt = labels::doubt(h.reasons).map_or(String::new(), |doubt| format!(", {doubt}"));
+    let doubt = labels::doubt(verdict.reasons).map_or(String::new(), |doubt| format!(", {doubt}"));
     let weakest = weakest.map_or(String::new(), |(direction, sd)| {
         format!(", weakest {} at {:.4} deg", labels::direction(direction), sd.to_degrees())
     });
+    writeln!(out, "state              {state}{doubt}{weakest}")?;
+    writeln!(out, "may arm            {}", labels::arming(verdict))?;
+    Ok(())
+}
+
+/// Prints the row offsets over the last pair with the extrinsics in use, and the depth errors that they leave.
+pub(super) fn details(
+    out: &mut impl Write,
+    details: &Details<f32>,
+    baseline_m: Option<f32>,
+) -> Result<()> {
+    let Details { in_use_px, proposed_px, fit_in_use, fit_proposed, .. } = details;
     writeln!(
         out,
-        "state              {}{doubt}{weakest}; {:.0} % of the image covered",
-        h.state,
-        100.0 * h.coverage
+        "row offset         {in_use_px:.3} px RMS in use ({fit_in_use} matches fit), {proposed_px:.3} px by the estimate ({fit_proposed} fit)",
     )?;
-    if let Some(all) = baseline_m.and_then(|baseline| h.depth_errors(baseline)) {
+    if let Some(all) = baseline_m.map(|baseline| details.depth_errors(baseline)) {
         let at = DEPTHS_M.iter().zip(all);
         let errors: Vec<String> = at.map(|(z, e)| format!("{e:.3} m at {z} m")).collect();
         writeln!(out, "depth error        {}", errors.join(", "))?;
     }
-    writeln!(out, "may arm            {}", labels::arming(h))?;
     Ok(())
 }
 

@@ -25,7 +25,7 @@ fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
         let batch = direct.batch().clone();
         let before = direct.state();
         let (report, fused) = solve_and_fuse(&mut direct).unwrap();
-        let health = direct.health().ok();
+        let verdict = *direct.verdict();
 
         wire.send(sender.frame(sequence, pair).0);
         let offered = pair.len();
@@ -37,7 +37,7 @@ fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
             assert_eq!(app.poll(), Ok(Event::Pass));
         }
         let Ok(Event::Pair(seen)) = app.poll() else { panic!("pair {sequence} has not ended") };
-        assert_eq!((seen.outcome, seen.health), (Ok((report, fused)), health));
+        assert_eq!((seen.outcome, seen.verdict), (Ok((report, fused)), verdict));
         let after = direct.state();
         if after != before {
             assert_eq!(app.poll(), Ok(Event::StateChanged { before, after }));

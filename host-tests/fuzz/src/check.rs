@@ -3,7 +3,7 @@
 use nalgebra::Matrix3;
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::outcome::{Finding, LensEstimate};
-use stereo_selfcal::{Extrinsics, FactoryCalibration, PairReport, Proposal, State};
+use stereo_selfcal::{Extrinsics, FactoryCalibration, PairReport, Proposal, State, Verdict};
 
 use super::Target;
 
@@ -48,9 +48,18 @@ pub(super) fn check_in_use(calibrator: &Target, factory: &FactoryCalibration<f32
 /// Checks the calibrator after [`stereo_selfcal::Fused::LensCorrected`]: the estimate restarts with the corrected
 /// cameras, and the batch keeps no ray of the old ones.
 pub(super) fn check_begun_again(calibrator: &Target) {
-    assert!(calibrator.proposal().is_none() && calibrator.health().is_err());
+    assert!(calibrator.proposal().is_none() && calibrator.details().is_none());
     assert_eq!(calibrator.state(), State::Acquiring);
     assert!(calibrator.batch().pairs().is_empty());
+}
+
+/// Checks that a verdict has no number out of its range, and gives a reason where it forbids arming.
+pub(super) fn check_verdict(verdict: &Verdict<f32>) {
+    assert!(verdict.rows_px >= 0.0 && verdict.depth_px >= 0.0, "{verdict}");
+    let shares = [verdict.coverage, verdict.image_coverage];
+    assert!(shares.iter().all(|share| (0.0..=1.0).contains(share)), "{verdict}");
+    assert!(verdict.may_arm || !verdict.reasons.is_empty(), "{verdict}");
+    assert!(!verdict.may_arm || verdict.depth_ok, "{verdict}");
 }
 
 pub(super) fn check_report(report: &PairReport<f32>, robust: bool) {

@@ -22,7 +22,7 @@ use stereo_selfcal::{
     FactoryCalibration, Fused, Intrinsics, Lens, LensTracking, Rejection, State,
 };
 
-use check::{check_begun_again, check_estimate, check_in_use, check_report};
+use check::{check_begun_again, check_estimate, check_in_use, check_report, check_verdict};
 
 type Target = Calibrator<f32, 32>;
 
@@ -45,8 +45,8 @@ pub enum Call {
     Undo,
     /// Freezes the calibrator, or releases it.
     Freeze(bool),
-    /// Reads the health.
-    Health,
+    /// Reads verdict and details.
+    Judge,
     /// Abandons the pair and empties the batch.
     Clear,
     /// Resets the calibrator.
@@ -227,11 +227,12 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
             calibrator.set_frozen(*frozen);
             false
         }
-        Call::Health => {
-            if let Ok(health) = calibrator.health() {
-                assert!(health.in_use_px.is_finite() && health.proposed_px.is_finite());
-                assert!(health.yaw.is_finite() && (0.0..=1.0).contains(&health.coverage));
+        Call::Judge => {
+            if let Some(details) = calibrator.details() {
+                assert!(details.in_use_px.is_finite() && details.proposed_px.is_finite());
+                assert!(details.yaw.is_finite());
             }
+            check_verdict(calibrator.verdict());
             false
         }
         Call::Clear => {

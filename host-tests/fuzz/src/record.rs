@@ -3,7 +3,7 @@
 use arbitrary::{Arbitrary, Unstructured};
 use stereo_selfcal::FactoryCalibration;
 
-use super::check::{check_estimate, check_extrinsics, check_in_use};
+use super::check::{check_estimate, check_extrinsics, check_in_use, check_verdict};
 use super::{Target, config, plausible, usual_cameras};
 
 /// Changes to a valid record before it is read.
@@ -118,9 +118,10 @@ fn go_on(calibrator: &mut Target, made: &FactoryCalibration<f32>) {
             check_estimate(&estimate);
         }
         take(calibrator, pair);
-        if let Ok(health) = calibrator.health() {
-            assert!(health.in_use_px.is_finite() && health.proposed_px.is_finite());
+        if let Some(details) = calibrator.details() {
+            assert!(details.in_use_px.is_finite() && details.proposed_px.is_finite());
         }
+        check_verdict(calibrator.verdict());
         let _ = calibrator.apply();
     }
 }

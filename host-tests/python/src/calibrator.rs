@@ -13,7 +13,7 @@ use crate::arguments::{Given, POINTS, matches, motion, same_length};
 use crate::calibration::Calibration;
 use crate::engine::{Engine, Outcome, each};
 use crate::errors::{busy, name, raised, unknown, value};
-use crate::outcome::{Health, Result, named};
+use crate::outcome::{Details, Result, Verdict, named};
 use crate::pool::install;
 use crate::rig::Rig;
 
@@ -35,6 +35,9 @@ struct Settings {
     lens: String,
     max_correction_rad: Option<f64>,
     memory_pairs: Option<i64>,
+    rows_limit_px: Option<f64>,
+    depth_limit_px: Option<f64>,
+    coverage_limit: Option<f64>,
     motion: bool,
 }
 
@@ -52,8 +55,10 @@ type Views<'py> = [Given<'py>; 2];
 impl Calibrator {
     #[new]
     #[pyo3(signature = (
-        rig, capacity=256, preset="robust", *, lens="report", max_correction_rad=None, memory_pairs=None, motion=false
+        rig, capacity=256, preset="robust", *, lens="report", max_correction_rad=None, memory_pairs=None,
+        rows_limit_px=None, depth_limit_px=None, coverage_limit=None, motion=false
     ))]
+    #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         rig: Rig,
         capacity: i64,
@@ -61,9 +66,20 @@ impl Calibrator {
         lens: &str,
         max_correction_rad: Option<f64>,
         memory_pairs: Option<i64>,
+        rows_limit_px: Option<f64>,
+        depth_limit_px: Option<f64>,
+        coverage_limit: Option<f64>,
         #[pyo3(from_py_with = motion)] motion: bool,
     ) -> PyResult<Self> {
-        let settings = Settings { lens: lens.into(), max_correction_rad, memory_pairs, motion };
+        let settings = Settings {
+            lens: lens.into(),
+            max_correction_rad,
+            memory_pairs,
+            rows_limit_px,
+            depth_limit_px,
+            coverage_limit,
+            motion,
+        };
         let engine = Mutex::new(settings.engine(&rig, capacity, preset)?);
         Ok(Self { rig, capacity, preset: preset.into(), settings, engine })
     }
@@ -148,10 +164,16 @@ impl Calibrator {
         Ok(call!(self, py, held => held.calibrator.reset()))
     }
 
-    fn health(&self, py: Python<'_>) -> PyResult<Option<Health>> {
-        let found = call!(self, py, held => (held.calibrator.health(), held.calibrator.proposal()));
-        let (Ok(health), Some(proposal)) = found else { return Ok(None) };
-        Health::new(&health, &proposal).map(Some)
+    #[getter]
+    fn verdict(&self, py: Python<'_>) -> PyResult<Verdict> {
+        Verdict::new(py, &call!(self, py, held => *held.calibrator.verdict()))
+    }
+
+    fn details(&self, py: Python<'_>) -> PyResult<Option<Details>> {
+        let found =
+            call!(self, py, held => (held.calibrator.details(), held.calibrator.proposal()));
+        let (Some(details), Some(proposal)) = found else { return Ok(None) };
+        Details::new(&details, &proposal).map(Some)
     }
 
     #[getter]
@@ -253,6 +275,15 @@ impl Settings {
         if let Some(pairs) = self.memory_pairs {
             let pairs = u32::try_from(pairs.max(0)).unwrap_or(u32::MAX);
             config = config.with_memory_pairs(pairs).map_err(raised("memory_pairs"))?;
+        }
+        if let Some(px) = self.rows_limit_px {
+            config = config.with_rows_limit_px(px as f32).map_err(raised("rows_limit_px"))?;
+        }
+        if let Some(px) = self.depth_limit_px {
+            config = config.with_depth_limit_px(px as f32).map_err(raised("depth_limit_px"))?;
+        }
+        if let Some(share) = self.coverage_limit {
+            config = config.with_coverage_limit(share as f32).map_err(raised("coverage_limit"))?;
         }
         let (engine, known) =
             (Engine::new(capacity, config, &rig.made()?, self.motion), Engine::CAPACITIES);

@@ -2,9 +2,10 @@
 
 use stereo_selfcal::depth::{MotionError, Tracks, Witnessed};
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, Tracking};
+use stereo_selfcal::outcome::Details;
 use stereo_selfcal::{
-    Calibrator, Cameras, Cause, Config, Correspondence, FactoryCalibration, Fused, Health,
-    NoHealth, PairReport, Proposal, Rejection, State,
+    Calibrator, Cameras, Config, Correspondence, FactoryCalibration, Fused, PairReport, Proposal,
+    Rejection, State, Verdict,
 };
 
 /// All results of one pair.
@@ -19,8 +20,8 @@ pub(crate) struct Outcome {
     /// Effect of the tracks that the frame shares with an earlier one; `None` if it shares none.
     pub(crate) motion: Option<Result<Witnessed, MotionError>>,
     pub(crate) proposal: Option<Proposal<f32>>,
-    pub(crate) health: Option<Health<f32>>,
-    pub(crate) cause: Option<Cause>,
+    pub(crate) details: Option<Details<f32>>,
+    pub(crate) verdict: Verdict<f32>,
     pub(crate) state: State,
     pub(crate) generation: u32,
 }
@@ -99,7 +100,6 @@ impl<const N: usize> Held<N> {
         let tracks = self.tracks.as_deref_mut();
         let tracks = tracks.filter(|tracks| frame.is_some() && !tracks.quads().is_empty());
         let motion = tracks.map(|tracks| calibrator.push_witness(tracks));
-        let health = calibrator.health();
         Outcome {
             frame,
             matches,
@@ -107,8 +107,8 @@ impl<const N: usize> Held<N> {
             fused: solved.fused,
             motion,
             proposal: calibrator.proposal(),
-            cause: health.as_ref().map_or_else(NoHealth::cause, |health| health.cause),
-            health: health.ok(),
+            details: calibrator.details(),
+            verdict: *calibrator.verdict(),
             state: calibrator.state(),
             generation: calibrator.in_use().generation,
         }

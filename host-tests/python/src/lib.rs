@@ -28,7 +28,7 @@ mod _native {
         calibrator::{Calibrator, solve_pairs},
         camera::Camera,
         images::{check, encode_frame, match_images},
-        outcome::{Health, Pair, Result},
+        outcome::{Details, Pair, Result, Verdict},
         rig::{Rig, read_rig},
     };
 }

@@ -9,7 +9,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyString, PyTuple, PyType};
 use rigs::data::in_f64;
 use stereo_selfcal::outcome::{self, LensEstimate, StandardDeviations};
-use stereo_selfcal::{Health as CoreHealth, PairReport, Proposal, Reasons};
+use stereo_selfcal::{PairReport, Proposal};
 
 use crate::arguments::{Matrix, Points, Pose, Triple, Vector, pose};
 use crate::engine::Outcome;
@@ -101,17 +101,37 @@ data! {
         stop: String = name(&of.stop),
     } {}
 
+    /// What the last pairs say of the calibration in use.
+    #[pyclass(frozen, get_all, module = "stereo_selfcal")]
+    Verdict(py: Python<'_>, of: &stereo_selfcal::Verdict<f32>) {
+        rows_px: f32 = of.rows_px,
+        depth_px: f32 = of.depth_px,
+        coverage: f32 = of.coverage,
+        image_coverage: f32 = of.image_coverage,
+        rows_ok: bool = of.rows_ok,
+        depth_ok: bool = of.depth_ok,
+        may_arm: bool = of.may_arm,
+        should_apply: bool = of.should_apply,
+        reasons: Py<PyTuple> = {
+            let reasons = of.reasons.iter().map(|reason| name(&reason));
+            PyTuple::new(py, reasons.collect::<Vec<_>>())?.unbind()
+        },
+        cause: Option<String> = of.cause.map(|cause| cause.to_string()),
+        text: String = of.to_string(),
+    } {
+        fn __repr__(&self) -> String {
+            format!("<Verdict {}>", self.text)
+        }
+    }
+
     /// The calibration in use and the estimate, over the matches of the last pair.
     #[pyclass(frozen, get_all, module = "stereo_selfcal")]
-    Health(of: &CoreHealth<f32>, proposal: &Proposal<f32>) {
-        may_arm: bool = of.may_arm(),
-        band: String = name(&of.band),
+    Details(of: &outcome::Details<f32>, proposal: &Proposal<f32>) {
         in_use_px: f32 = of.in_use_px,
         proposed_px: f32 = of.proposed_px,
         off_px: f32 = of.off_px,
         fit_in_use: u32 = of.fit_in_use,
         fit_proposed: u32 = of.fit_proposed,
-        coverage: f32 = of.coverage,
         corner_px: f32 = of.corner_px,
         contradicting_ranges: u16 = of.contradicting_ranges,
         contradicting_motions: u16 = of.contradicting_motions,
@@ -128,15 +148,11 @@ data! {
         R: Option<Matrix<3, 3>> = R,
         t: Option<Triple> = t,
         state: String = name(&of.state),
-        health: Option<Py<Health>> = match (&of.health, &of.proposal) {
-            (Some(health), Some(proposal)) => Some(Py::new(py, Health::new(health, proposal)?)?),
+        verdict: Py<Verdict> = Py::new(py, Verdict::new(py, &of.verdict)?)?,
+        details: Option<Py<Details>> = match (&of.details, &of.proposal) {
+            (Some(details), Some(proposal)) => Some(Py::new(py, Details::new(details, proposal)?)?),
             _ => None,
         },
-        reasons: Py<PyTuple> = {
-            let reasons = of.health.as_ref().map_or(Reasons::default(), |health| health.reasons);
-            PyTuple::new(py, reasons.iter().map(|reason| name(&reason)).collect::<Vec<_>>())?.unbind()
-        },
-        cause: Option<String> = of.cause.map(|cause| cause.to_string()),
         sd: Option<Sd> = of.proposal.as_ref().map(|of| deviations(of.sd)),
         sd_lens: Option<Sd> = of.proposal.as_ref().map(|of| deviations(of.sd_lens)),
         fused: Option<String> = of.fused.ok().as_ref().map(name),
@@ -156,21 +172,14 @@ data! {
         generation: u32 = of.generation,
         frame: Option<Frame> = of.frame.map(|header| Frame(header.sequence, header.timestamp_us)),
     } {
-        fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
+        fn __repr__(&self) -> String {
             let fused = self.fused.clone().or(self.rejection.as_ref().map(Py::to_string));
             let mut words = vec![format!("{}, {}", self.state, fused.unwrap_or_default())];
             if let (Some(Triple([x, y, z])), Some(Sd(r, t))) = (&self.t, &self.sd_lens) {
                 words.push(format!("t {x:.5} {y:.5} {z:.5}, sd of R {r:.5}, of t {t:.5} rad"));
             }
-            if let Some(Health { in_use_px: used, proposed_px, .. }) = self.health.as_ref().map(Py::get) {
-                words.push(format!("rows {used:.2} px in use, {proposed_px:.2} px by the estimate"));
-            }
-            let reasons: Vec<String> = self.reasons.extract(py)?;
-            if !reasons.is_empty() {
-                words.push(format!("reasons: {}", reasons.join(", ")));
-            }
-            words.extend(self.cause.as_ref().map(|cause| format!("likely cause: {cause}")));
-            Ok(format!("<Result {}>", words.join("; ")))
+            words.push(self.verdict.get().text.clone());
+            format!("<Result {}>", words.join("; "))
         }
     }
 }

@@ -206,7 +206,7 @@ def test_a_pair_that_the_scene_spoils_raises_no_exception() -> None:
     calibrator = sc.Calibrator(MADE.rig)
     few = calibrator.fuse(LEFT[:5], RIGHT[:5])
     assert isinstance(few.rejection, sc.PairError) and few.rejection.kind == "TooFew"
-    assert few.fused is None and few.R is None and few.health is None
+    assert few.fused is None and few.R is None and few.details is None
     assert "5 usable correspondences, 12 needed" in str(few.rejection)
     rng = np.random.default_rng(0)
     noise = [rng.uniform(0, 479, (200, 2)) for _ in range(2)]

@@ -72,7 +72,7 @@ def test_a_frozen_calibrator_takes_nothing_until_it_is_released(made: Made, lock
     assert not locked.frozen
     assert locked.fuse(*made.pair(21)).fused is not None
     locked.reset()
-    assert locked.state == "acquiring" and locked.health() is None
+    assert locked.state == "acquiring" and locked.details() is None
 
 
 def test_ranges_tell_yaw(made: Made) -> None:
@@ -93,13 +93,14 @@ def test_ranges_tell_yaw(made: Made) -> None:
             for pixel, depth in zip(uv, points[:, 2], strict=True):
                 taken += calibrator.push_range(pixel, depth, 0.01, along="axis") == "taken"
     assert taken >= 10
-    health = calibrator.health()
-    assert health is not None and health.yaw < 1e-3
-    before = health.contradicting_ranges
+    details = calibrator.details()
+    assert details is not None and details.yaw < 1e-3
+    before = details.contradicting_ranges
     with pytest.raises(sc.RangeError, match="contradicts"):
         calibrator.push_range(uv[3], 0.5, 0.01, along="axis")
-    health = calibrator.health()
-    assert health is not None and (health.contradicting_ranges, health.contradicting_motions) == (before + 1, 0)
+    details = calibrator.details()
+    assert details is not None
+    assert (details.contradicting_ranges, details.contradicting_motions) == (before + 1, 0)
     with pytest.raises(sc.RangeError, match="within 3 px"):
         calibrator.push_range((5.0, 5.0), 5.0, 0.05)
     # A point that no pair has shown, with its own match.

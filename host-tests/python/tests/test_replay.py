@@ -37,13 +37,13 @@ def assert_same(row: dict[str, str], result: sc.Result) -> None:
         assert numbers(row, ["sd_rotation", "sd_translation"]) == list(result.sd_lens)
     else:
         assert row["r11"] == ""
-    if result.health is not None:
+    assert row["armed"] == str(result.verdict.may_arm).lower()
+    if result.details is not None:
         assert numbers(row, ["rms_px_in_use", "rms_px_proposed"]) == [
-            result.health.in_use_px,
-            result.health.proposed_px,
+            result.details.in_use_px,
+            result.details.proposed_px,
         ]
-        assert row["armed"] == str(result.health.may_arm).lower()
-        assert int(row["fit"]) == result.health.fit_proposed
+        assert int(row["fit"]) == result.details.fit_proposed
     else:
         assert row["rms_px_in_use"] == ""
 

@@ -53,7 +53,7 @@ static void check_misuse(void)
 
 /* Largest stack of each call of a pair, bytes. */
 static struct {
-    uint32_t push, solve, health;
+    uint32_t push, solve, details;
 } stack;
 
 static void note_stack(uint32_t *most)
@@ -64,7 +64,7 @@ static void note_stack(uint32_t *most)
 }
 
 /* Solves and fuses one pair pass by pass, as a loop with a deadline does. */
-static void take_pair(const selfcal_extrinsics_t *rig, selfcal_health_t *health)
+static void take_pair(const selfcal_extrinsics_t *rig, selfcal_details_t *details)
 {
     static selfcal_correspondence_t matches[MATCHES];
     selfcal_pushed_counts_t counts;
@@ -82,8 +82,8 @@ static void take_pair(const selfcal_extrinsics_t *rig, selfcal_health_t *health)
     note_stack(&stack.solve);
     CHECK(ended && outcome.fused == SELFCAL_FUSED_ADDED && outcome.has_pair);
     stack_paint();
-    CHECK(selfcal_health(&cal, health, NULL) == SELFCAL_OK);
-    note_stack(&stack.health);
+    CHECK(selfcal_details(&cal, details) == SELFCAL_OK);
+    note_stack(&stack.details);
 }
 
 static float largest_difference(const float *a, const float *b, int count)
@@ -126,7 +126,8 @@ int main(void)
 {
     selfcal_requirements_t needs;
     selfcal_extrinsics_t rig;
-    selfcal_health_t health = {0};
+    selfcal_details_t details = {0};
+    selfcal_verdict_t verdict = {0};
 
     CHECK(selfcal_requirements(&needs) == SELFCAL_OK);
     CHECK(needs.capacity == SELFCAL_CAPACITY && needs.size <= sizeof cal);
@@ -137,13 +138,14 @@ int main(void)
 
     scene_rig(&rig);
     for (int i = 0; i < PAIRS; i++)
-        take_pair(&rig, &health);
-    printf("stack, bytes: push %u, solve %u, health %u\n", (unsigned)stack.push,
-           (unsigned)stack.solve, (unsigned)stack.health);
-    printf("row offset %.3f px in use, %.3f px proposed; may arm: %s\n", health.in_use_px,
-           health.proposed_px, health.may_arm ? "yes" : "no");
-    CHECK(health.band == SELFCAL_BAND_RECALIBRATE && health.proposed_px < 0.6f);
-    CHECK(!health.may_arm && (health.reasons & SELFCAL_REASON_MISALIGNED) != 0);
+        take_pair(&rig, &details);
+    printf("stack, bytes: push %u, solve %u, details %u\n", (unsigned)stack.push,
+           (unsigned)stack.solve, (unsigned)stack.details);
+    CHECK(selfcal_verdict(&cal, &verdict) == SELFCAL_OK);
+    printf("rows %.3f px, depth %.3f px, coverage %.2f; may arm: %s\n", verdict.rows_px,
+           verdict.depth_px, verdict.coverage, verdict.may_arm ? "yes" : "no");
+    CHECK(verdict.should_apply && verdict.rows_px > 1 && details.proposed_px < 0.6f);
+    CHECK(!verdict.may_arm && (verdict.reasons & SELFCAL_REASON_ROWS) != 0);
     check_estimate(&rig);
     check_restart(&cal, &rig);
 

@@ -11,13 +11,13 @@
 
 static selfcal_t cal;
 
-static void print_health(const selfcal_health_t *health)
+static void print_verdict(const selfcal_verdict_t *verdict)
 {
-    printf("row_offset_in_use_px %.3f\n", health->in_use_px);
-    printf("row_offset_proposed_px %.3f\n", health->proposed_px);
-    printf("coverage %.2f\n", health->coverage);
-    printf("band %s\n", selfcal_string(health->band));
-    printf("may_arm %s\n", health->may_arm ? "yes" : "no");
+    printf("rows_px %.3f\n", verdict->rows_px);
+    printf("depth_px %.3f\n", verdict->depth_px);
+    printf("coverage %.2f\n", verdict->coverage);
+    printf("may_arm %s\n", verdict->may_arm ? "yes" : "no");
+    printf("should_apply %s\n", verdict->should_apply ? "yes" : "no");
 }
 
 /* Applies the estimate and prints the input of a rectifier. */
@@ -47,8 +47,7 @@ static bool calibrate(const char *set)
         return false;
 
     static selfcal_correspondence_t matches[SELFCAL_CAPACITY];
-    selfcal_health_t health;
-    bool has_health = false;
+    selfcal_verdict_t verdict;
     unsigned accepted = 0;
     for (unsigned pairs = 0;; pairs++) {
         size_t count;
@@ -62,8 +61,9 @@ static bool calibrate(const char *set)
             }
             if (!print_estimate(&cal, pairs, accepted, &reference))
                 return false;
-            if (has_health)
-                print_health(&health);
+            if (!done(selfcal_verdict(&cal, &verdict), "verdict"))
+                return false;
+            print_verdict(&verdict);
             return apply();
         case DATASET_PAIR:
             break;
@@ -72,7 +72,6 @@ static bool calibrate(const char *set)
         selfcal_outcome_t outcome = {0};
         selfcal_error_t error = selfcal_take_pair(&cal, matches, count, &outcome);
         accepted += print_pair(error, &outcome, pairs, count);
-        has_health = selfcal_health(&cal, &health, NULL) == SELFCAL_OK;
     }
 }
 
@@ -84,7 +83,7 @@ int main(int argc, char **argv)
                 "Calibrates a stereo rig from recorded correspondences. SET is a folder with\n"
                 "meta.json and pairs/NNNN.csv, such as host-tests/data/opencv_chess_sift.\n"
                 "Prints the estimate, its errors against the reference of the set, rad, and\n"
-                "the health. The result of each pair goes to the standard error.\n",
+                "the verdict. The result of each pair goes to the standard error.\n",
                 argv[0]);
         return argc == 2 ? 0 : 2;
     }

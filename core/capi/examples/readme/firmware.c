@@ -13,12 +13,12 @@ static selfcal_calibration_t rig;
 static void take_pair(void) /* refusals are normal, of bad pairs and before the estimate is locked */
 {
     static unsigned fused;
-    selfcal_health_t health;
+    selfcal_verdict_t verdict;
     if (!selfcal_solve_pair(&cal, NULL) && ++fused % PAIRS_PER_SNAPSHOT == 0)
         if (!selfcal_snapshot(&cal, record)) flash_write(SNAPSHOT_PAGE, record, sizeof record);
-    const uint32_t loaded = rig.generation;
-    if (!selfcal_apply(&cal, &rig) && rig.generation != loaded) rectifier_load(&rig); /* only a new one */
-    arming_allow(!selfcal_health(&cal, &health, NULL) && health.may_arm);
+    if (selfcal_verdict(&cal, &verdict)) return;
+    arming_allow(verdict.may_arm);
+    if (verdict.should_apply && !selfcal_apply(&cal, &rig)) rectifier_load(&rig);
 }
 int main(void) /* returns an error that calls for a restart */
 {

@@ -9,11 +9,11 @@ static bool ok(selfcal_error_t error)
 }
 static void take_pair(void) /* a pair that is not fused is normal: continue with the next one */
 {
-    selfcal_health_t health;
+    selfcal_verdict_t verdict;
     ok(selfcal_solve_pair(&cal, NULL));
-    if (ok(selfcal_health(&cal, &health, NULL)))
-        printf("%s, row offset %.2f px, %.2f px by the estimate\n",
-               selfcal_string(health.state), health.in_use_px, health.proposed_px);
+    if (ok(selfcal_verdict(&cal, &verdict)))
+        printf("%s, rows %.1f px, depth %.1f px: %s\n", selfcal_string(verdict.state),
+               verdict.rows_px, verdict.depth_px, verdict.may_arm ? "may arm" : "must not arm");
 }
 int main(void)
 {

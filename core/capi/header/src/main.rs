@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use cbindgen::{Builder, Config};
 
 /// Source files, in the order of their declarations in the header.
-const SOURCES: [&str; 22] = [
+const SOURCES: [&str; 23] = [
     "capacity",
     "error",
     "enumeration",
@@ -27,7 +27,8 @@ const SOURCES: [&str; 22] = [
     "encoder",
     "pair",
     "estimate",
-    "health",
+    "verdict",
+    "details",
     "apply",
     "rectify",
     "record",

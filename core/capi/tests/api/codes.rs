@@ -10,9 +10,7 @@ use stereo_selfcal::depth::{MotionError, RangeError, Witnessed};
 use stereo_selfcal::geometry::{ProjectError, RectifyError, Side, UndistortError};
 use stereo_selfcal::link::{Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError};
 use stereo_selfcal::outcome::{Direction, Stop};
-use stereo_selfcal::{
-    ApplyError, Band, Cause, Fused, NoHealth, PushError, Reason, Rejection, RestoreError, State,
-};
+use stereo_selfcal::{ApplyError, Cause, Fused, PushError, Reason, Rejection, RestoreError, State};
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
 use stereo_selfcal_capi::*;
 
@@ -21,13 +19,14 @@ use crate::source::{variants_of_c, variants_of_core};
 const UNDISTORT: [UndistortError; 3] =
     [UndistortError::NotFinite, UndistortError::OutsideImage, UndistortError::NotInvertible];
 const SIDES: [Side; 2] = [Side::Left, Side::Right];
-const PAIR: [Rejection; 6] = [
+const PAIR: [Rejection; 7] = [
     Rejection::TooFew { usable: 1, needed: 2 },
     Rejection::NoConsensus,
     Rejection::Unobservable,
     Rejection::Behind,
     Rejection::Columns,
     Rejection::NoDepth,
+    Rejection::RowsNotMeasured,
 ];
 const REFUSALS: [Rejection; 5] = [
     Rejection::TooUncertain,
@@ -36,7 +35,6 @@ const REFUSALS: [Rejection; 5] = [
     Rejection::Disagrees,
     Rejection::Frozen,
 ];
-const NO_HEALTH: [NoHealth; 2] = [NoHealth::NoEstimate(None), NoHealth::NoMatch(None)];
 
 const HEADER: [HeaderError; 6] = [
     HeaderError::Magic,
@@ -133,7 +131,6 @@ fn every_error_of_the_core_has_an_error_code() {
     assert_complete("RangeError", &range_errors());
     assert_complete("MotionError", &MOTION);
     assert_complete("Rejection", &[&PAIR[..], &REFUSALS, &[Rejection::NotBegun]].concat());
-    assert_complete("NoHealth", &NO_HEALTH);
     assert_complete("ApplyError", &APPLY);
     assert_complete("RectifyError", &rectify_errors());
     assert_complete("RestoreError", &RESTORE);
@@ -146,7 +143,6 @@ fn every_error_of_the_core_has_an_error_code() {
         codes(&MOTION, MotionError::code),
         codes(&PAIR, Rejection::code),
         codes(&REFUSALS, Rejection::code),
-        codes(&NO_HEALTH, NoHealth::code),
         codes(&APPLY, ApplyError::code),
         codes(&rectify_errors(), RectifyError::code),
         codes(&RESTORE, RestoreError::code),
@@ -169,7 +165,6 @@ fn errors_with_one_remedy_share_a_code_and_others_do_not() {
     assert_eq!([states, locked], [[SELFCAL_ERROR_NOT_LOCKED as u16; 2]; 2]);
     assert_eq!(ApplyError::Frozen.code(), Rejection::Frozen.code());
     assert_eq!(PushError::Busy.code(), FrameRefusal::Busy.code());
-    assert_eq!(RangeError::NoMatch.code(), NO_HEALTH[1].code());
     let rejections: BTreeSet<u16> = PAIR.iter().chain(&REFUSALS).map(Rejection::code).collect();
     assert_eq!(rejections.len(), PAIR.len() + REFUSALS.len());
     let apply: BTreeSet<u16> = APPLY.iter().map(ApplyError::code).collect();
@@ -209,7 +204,7 @@ fn the_other_errors_of_the_link_have_numbers_of_their_own() {
 }
 
 /// Checks that the values of an enumeration of C have the numbers of the core plus an offset. Values of C for none, not
-/// fused or unknown have no counterpart in the core, except that the core also has an unknown band.
+/// fused or unknown have no counterpart in the core.
 fn assert_verdicts<V: Debug + Copy>(names: [&str; 2], all: &[V], numbers: impl Fn(V) -> [u32; 2]) {
     let [core, c] = names;
     assert_complete(core, all);
@@ -242,7 +237,6 @@ fn every_verdict_of_the_core_is_known() {
         Stop, selfcal_stop_t from 11000: Converged NoDescent PassesSpent;
         Fused, selfcal_fused_t from 12000: Added Repeated KeptApart Renewed TookOver LensCorrected;
         Direction, selfcal_direction_t from 15000: Pitch Yaw Roll BaselineForward BaselineDown;
-        Band, selfcal_band_t from 16000: Good Improvable Recalibrate Unknown;
         Cause, selfcal_cause_t from 18000: Reversed Upright Transposed SameImage SmallerImages LargerImages FocalLength Lens Mismatches;
         Pushed, selfcal_pushed_t from 10000: Kept Replaced LeftOut;
         Witnessed, selfcal_witnessed_t from 19000: Taken Waiting;
@@ -280,7 +274,6 @@ fn every_value_has_its_own_number_and_a_text_that_is_its_own_within_its_enumerat
         "selfcal_fused_t",
         "selfcal_state_t",
         "selfcal_direction_t",
-        "selfcal_band_t",
         "selfcal_reason_t",
         "selfcal_cause_t",
     ] {

@@ -13,9 +13,7 @@ use stereo_selfcal::{
 use stereo_selfcal_capi::selfcal_error_t::*;
 use stereo_selfcal_capi::*;
 
-use crate::rig::{
-    Cal, Observed, advance, defaults, factory, finish, get, health, pair, paper, recorded,
-};
+use crate::rig::{Cal, Observed, advance, defaults, factory, finish, get, pair, paper, recorded};
 
 pub(crate) type Twin = Calibrator<f32, SELFCAL_CAPACITY>;
 
@@ -123,44 +121,45 @@ pub(crate) fn assert_same_estimate(cal: &mut Cal, twin: &Twin) {
     assert_eq!(c.weakest, rust.weakest().into());
 }
 
-fn assert_same_health(cal: &mut Cal, twin: &Twin) {
-    let (c, cause) = health(cal);
-    let rust = match twin.health() {
-        Ok(rust) => rust,
-        Err(none) => {
-            assert_eq!((c, cause), (Err(none.into()), none.cause().into()));
-            return;
-        }
+fn assert_same_verdict(cal: &mut Cal, twin: &Twin) {
+    let (c, rust) = (get!(cal, selfcal_verdict).unwrap(), twin.verdict());
+    assert_eq!(
+        bits(&[c.rows_px, c.depth_px, c.coverage, c.image_coverage]),
+        bits(&[rust.rows_px, rust.depth_px, rust.coverage, rust.image_coverage])
+    );
+    assert_eq!(
+        [c.rows_ok, c.depth_ok, c.may_arm, c.should_apply],
+        [rust.rows_ok, rust.depth_ok, rust.may_arm, rust.should_apply]
+    );
+    assert_eq!(
+        (c.state, c.reasons, c.cause),
+        (rust.state.into(), u32::from(rust.reasons.bits()) << 16, rust.cause.into())
+    );
+}
+
+fn assert_same_details(cal: &mut Cal, twin: &Twin) {
+    let c = get!(cal, selfcal_details);
+    let Some(rust) = twin.details() else {
+        let none = twin.proposal().map_or(SELFCAL_ERROR_NO_ESTIMATE, |_| SELFCAL_ERROR_NO_MATCH);
+        assert_eq!(c, Err(none));
+        return;
     };
     let c = c.unwrap();
     assert_eq!(
-        bits(&[c.in_use_px, c.proposed_px, c.off_px, c.coverage, c.yaw_rad, c.corner_px]),
-        bits(&[
-            rust.in_use_px,
-            rust.proposed_px,
-            rust.off_px,
-            rust.coverage,
-            rust.yaw,
-            rust.corner_px
-        ])
+        bits(&[c.in_use_px, c.proposed_px, c.off_px, c.yaw_rad, c.corner_px]),
+        bits(&[rust.in_use_px, rust.proposed_px, rust.off_px, rust.yaw, rust.corner_px])
     );
     assert_eq!((c.fit_in_use, c.fit_proposed), (rust.fit_in_use, rust.fit_proposed));
-    assert_eq!(
-        (c.band, c.state, c.may_arm, c.reasons),
-        (rust.band.into(), rust.state.into(), rust.may_arm(), u32::from(rust.reasons.bits()) << 16)
-    );
-    assert_eq!(c.cause, rust.cause.into());
     assert_eq!(
         (c.contradicting_ranges, c.contradicting_motions),
         (rust.contradicting_ranges, rust.contradicting_motions)
     );
-    assert_eq!(cause, c.cause);
-    assert_eq!(c.rejection, rust.rejection.map_or(SELFCAL_OK, Into::into));
     let mut depth = [0.0; 4];
     // SAFETY: live objects.
     let code = unsafe { selfcal_depth_errors(cal.ptr(), 0.12, depth.as_mut_ptr()) };
     let depth = (code == SELFCAL_OK).then(|| bits(&depth));
-    assert_eq!(depth, rust.depth_errors(0.12).map(|depth| bits(&depth)));
+    let locked = (twin.state() == State::Locked).then(|| bits(&rust.depth_errors(0.12)));
+    assert_eq!(depth, locked);
 }
 
 fn assert_same_rectification(cal: &mut Cal, twin: &Twin, given: &Cameras<f32>) {
@@ -211,11 +210,12 @@ pub(crate) fn change_what_is_in_use(cal: &mut Cal, twin: &mut Twin) {
     check(cal, twin, c, rust);
 }
 
-/// Solves and fuses the batch in both, and compares estimate and health.
+/// Solves and fuses the batch in both, and compares estimate, verdict and details.
 pub(crate) fn take_pair(cal: &mut Cal, twin: &mut Twin) {
     solve(cal, twin);
     assert_same_estimate(cal, twin);
-    assert_same_health(cal, twin);
+    assert_same_verdict(cal, twin);
+    assert_same_details(cal, twin);
 }
 
 /// Runs both over the whole set, and compares them after each pair; returns the final state.

@@ -66,7 +66,8 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_discard_pair();
         selfcal_state(place());
         selfcal_proposal(place());
-        selfcal_health(place(), place());
+        selfcal_verdict(place());
+        selfcal_details(place());
         selfcal_depth_errors(0.1, four());
         selfcal_apply(place());
         selfcal_undo(place());
@@ -182,7 +183,8 @@ fn a_null_argument_is_refused_without_effect() {
         selfcal_take_pair(null(), 1, place());
         selfcal_state(null_mut());
         selfcal_proposal(null_mut());
-        selfcal_health(null_mut(), place());
+        selfcal_verdict(null_mut());
+        selfcal_details(null_mut());
         selfcal_depth_errors(0.1, null_mut());
         selfcal_rotations(0, null_mut());
         selfcal_choose_camera(0, 0.0, null_mut());

@@ -7,9 +7,7 @@ use stereo_selfcal_capi::*;
 
 use crate::codes::string;
 use crate::misuse::{CORRESPONDENCE, four, refused};
-use crate::rig::{
-    Cal, at_work, begin, defaults, factory, finish, get, health, pair, paper, recorded,
-};
+use crate::rig::{Cal, at_work, begin, defaults, factory, finish, get, pair, paper, recorded};
 
 #[test]
 fn calls_in_the_wrong_order_return_their_errors() {
@@ -19,8 +17,9 @@ fn calls_in_the_wrong_order_return_their_errors() {
     refused(&mut cal, SELFCAL_ERROR_NO_ESTIMATE, |cal| unsafe {
         selfcal_depth_errors(cal, 0.1, four())
     });
-    let none = selfcal_cause_t::SELFCAL_CAUSE_NONE;
-    assert_eq!(health(&mut cal), (Err(SELFCAL_ERROR_NO_ESTIMATE), none));
+    let verdict = get!(cal, selfcal_verdict).unwrap();
+    assert_eq!((verdict.may_arm, verdict.cause), (false, selfcal_cause_t::SELFCAL_CAUSE_NONE));
+    assert_eq!(get!(cal, selfcal_details), Err(SELFCAL_ERROR_NO_ESTIMATE));
     assert_eq!(get!(cal, selfcal_in_use).unwrap().generation, 0);
     assert!(get!(cal, selfcal_rotations, 0).is_ok(), "those of the factory");
     assert_eq!(get!(cal, selfcal_proposal), Err(SELFCAL_ERROR_NO_ESTIMATE));

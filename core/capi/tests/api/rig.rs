@@ -63,7 +63,8 @@ pub(crate) struct Observed {
     batch: Result<selfcal_batch_t, selfcal_error_t>,
     state: Result<selfcal_state_t, selfcal_error_t>,
     proposal: Result<selfcal_proposal_t, selfcal_error_t>,
-    health: (Result<selfcal_health_t, selfcal_error_t>, selfcal_cause_t),
+    verdict: Result<selfcal_verdict_t, selfcal_error_t>,
+    details: Result<selfcal_details_t, selfcal_error_t>,
 }
 
 impl Observed {
@@ -73,7 +74,8 @@ impl Observed {
             batch: get!(cal, selfcal_batch),
             state: get!(cal, selfcal_state),
             proposal: get!(cal, selfcal_proposal),
-            health: health(cal),
+            verdict: get!(cal, selfcal_verdict),
+            details: get!(cal, selfcal_details),
         }
     }
 }
@@ -102,18 +104,6 @@ pub(crate) fn defaults() -> selfcal_config_t {
 /// A configuration of the paper preset with defaults.
 pub(crate) fn paper() -> selfcal_config_t {
     selfcal_config_t { preset: selfcal_preset_t::SELFCAL_PRESET_PAPER as u32, ..defaults() }
-}
-
-/// The health or the error, and the cause.
-pub(crate) fn health(
-    cal: &mut Cal,
-) -> (Result<selfcal_health_t, selfcal_error_t>, selfcal_cause_t) {
-    let mut cause = selfcal_cause_t::SELFCAL_CAUSE_UNKNOWN;
-    let mut health = MaybeUninit::uninit();
-    // SAFETY: live objects.
-    let code = unsafe { selfcal_health(cal.ptr(), health.as_mut_ptr(), &mut cause) };
-    // SAFETY: written without an error.
-    (if code == SELFCAL_OK { Ok(unsafe { health.assume_init() }) } else { Err(code) }, cause)
 }
 
 /// Takes a step of a pair; returns whether the pair has ended, and its outcome or error.

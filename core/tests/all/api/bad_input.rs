@@ -112,7 +112,7 @@ fn points_on_one_line_are_unobservable() {
     // Columns, rows and disparities change linearly along the line.
     let line = (0..200_u8).map(|i| {
         let s = f32::from(i);
-        at([400.0 + 4.0 * s, 200.0 + 3.0 * s], [360.0 + 3.8 * s, 200.0 + 3.0 * s])
+        at([400.0 + 4.0 * s, 200.0 + 3.0 * s], [360.0 + 3.8 * s, 202.0 + 3.0 * s])
     });
     refuses_pair(line, Rejection::Unobservable);
 }
@@ -123,7 +123,7 @@ fn points_at_infinity_are_never_fused_by_the_paper_preset_with_or_without_noise(
     for c in &mut scene {
         c.right = c.left;
     }
-    refuses_pair(scene.clone(), Rejection::Unobservable);
+    refuses_pair(scene.clone(), Rejection::RowsNotMeasured);
     // The disparities consist of noise only.
     let mut calibrator = calibrator::<f32>();
     for seed in 0..50 {
@@ -263,14 +263,14 @@ fn generation_counts_changes_of_what_is_in_use() {
 }
 
 #[test]
-fn health_compares_in_use_and_proposed_over_the_same_matches() {
+fn details_compare_in_use_and_proposed_over_the_same_matches() {
     let mut calibrator = filled(200);
     calibrator.push(&at([1000.0, 300.0], [900.0, 800.0])).unwrap();
     calibrator.solve_pair().fused.unwrap();
-    let health = calibrator.health().unwrap();
-    assert!(health.in_use_px > 10.0 && health.proposed_px < 0.4, "{health:?}");
-    assert_eq!([health.fit_in_use, health.fit_proposed], [0, 200]);
+    let details = calibrator.details().unwrap();
+    assert!(details.in_use_px > 10.0 && details.proposed_px < 0.4, "{details:?}");
+    assert_eq!([details.fit_in_use, details.fit_proposed], [0, 200]);
     calibrator.apply().unwrap();
-    let applied = calibrator.health().unwrap();
+    let applied = calibrator.details().unwrap();
     assert_eq!(applied.in_use_px, applied.proposed_px);
 }

@@ -2,7 +2,7 @@
 
 use crate::api::depth::NONE;
 use crate::api::lens::pair;
-use crate::api::presets::with;
+use crate::api::presets::{ROWS_ALONE, with};
 use crate::api::scene::{FOCAL, cameras, rig, take};
 use crate::api::witness::tracked;
 use stereo_selfcal::batch::RayPair;
@@ -17,7 +17,7 @@ use stereo_selfcal::{
 
 type Tested = Calibrator<f32, 256>;
 
-const COMPENSATE: Config = Config::robust().with_lens_tracking(LensTracking::Compensate);
+const COMPENSATE: Config = ROWS_ALONE.with_lens_tracking(LensTracking::Compensate);
 
 fn truth() -> Extrinsics<f32> {
     rig([1.0, -0.5, 0.8], [0.5, -0.4])
@@ -29,7 +29,7 @@ fn drive(calibrator: &mut Tested, focal: f32, k1: f32, seeds: core::ops::Range<u
         let fused = take(calibrator, &pair(focal, k1, *seed)).unwrap();
         if fused == Fused::LensCorrected {
             assert_eq!((calibrator.state(), calibrator.proposal()), (State::Acquiring, None));
-            assert_eq!((calibrator.batch().offered(), calibrator.health().ok()), (0, None));
+            assert_eq!((calibrator.batch().offered(), calibrator.details()), (0, None));
         }
         let _ = calibrator.apply();
         fused == Fused::LensCorrected
@@ -69,14 +69,14 @@ fn a_wrong_right_lens_is_corrected_and_handed_out_with_its_extrinsics() {
     assert_eq!((in_use.cameras, in_use.extrinsics), (corrected, extrinsics));
 
     take(&mut calibrator, &pair(0.003, 0.002, 200)).unwrap();
-    let [good, poor] = [&calibrator, &reporting].map(|c| c.health().unwrap());
-    assert!(good.may_arm());
+    let [good, poor] = [&calibrator, &reporting].map(|c| c.details().unwrap());
+    assert!(calibrator.verdict().may_arm);
     assert!(good.in_use_px < 0.5 && good.in_use_px < poor.in_use_px, "{good} {poor}");
 }
 
 #[test]
 fn a_right_lens_stays_as_given_and_every_bit_equals_report() {
-    let [mut compensating, mut reporting] = [COMPENSATE, Config::robust()].map(with);
+    let [mut compensating, mut reporting] = [COMPENSATE, ROWS_ALONE].map(with);
     for calibrator in [&mut compensating, &mut reporting] {
         assert_eq!(drive(calibrator, 0.0, 0.0, 0..60), [0; 0]);
     }

@@ -6,7 +6,7 @@ use stereo_selfcal::depth::{Range, RangeReading};
 use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::nalgebra::{Vector3, Vector5};
 use stereo_selfcal::{
-    Band, Calibrator, Config, Correspondence, Extrinsics, FactoryCalibration, Reason, Scalar, State,
+    Calibrator, Config, Correspondence, Extrinsics, FactoryCalibration, Reason, Scalar, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -79,15 +79,14 @@ fn a_row_error_of_the_lens_leaves_the_yaw_of_the_factory_calibration_and_is_name
     for a in [0.002, 0.005, -0.005, 0.009] {
         let mut calibrator = calibrated(Config::robust());
         run(&mut calibrator, NONE, a, 0..12);
-        let health = calibrator.health().unwrap();
+        let (details, verdict) = (calibrator.details().unwrap(), calibrator.verdict());
         assert!(off(&calibrator, NONE).y.abs() < 6e-4, "{a}: {}", off(&calibrator, NONE));
-        assert!(health.state == State::Locked && health.may_arm(), "{a}: {health}");
-        assert_ne!(health.band, Band::Recalibrate, "{a}: {health}");
-        assert!((calibrator.proposal().unwrap().lens_yaw.value - a).abs() < 6e-4, "{a}: {health}");
+        assert!(verdict.state == State::Locked && verdict.rows_ok, "{a}: {verdict}");
+        assert!((calibrator.proposal().unwrap().lens_yaw.value - a).abs() < 6e-4, "{a}: {verdict}");
         let corner = (a * 960.0 * 600.0 / 1400.0).abs();
-        assert!((health.corner_px - corner).abs() < 0.3, "{a}: {health}");
-        let named = format!("lens: rows off by {:.1} px", health.corner_px);
-        assert!(health.to_string().contains(&named), "{named}: {health}");
+        assert!((details.corner_px - corner).abs() < 0.3, "{a}: {details}");
+        let named = format!("lens: rows off by {:.1} px", details.corner_px);
+        assert!(details.to_string().contains(&named), "{named}: {details}");
         // Without the factory yaw, the row error goes into the yaw.
         let mut rows = Tested::new(Config::robust(), &made().without_yaw());
         run(&mut rows, NONE, a, 0..12);
@@ -113,13 +112,13 @@ fn after_a_knock_about_any_axis_the_yaw_belongs_to_the_mount() {
                 assert!(taken >= 5, "{taken}");
             }
             run(&mut calibrator, knock, a, 20..34);
-            let health = calibrator.health().unwrap();
+            let (details, verdict) = (calibrator.details().unwrap(), calibrator.verdict());
             let yaw = off(&calibrator, knock).y;
             assert!(yaw.abs() < 8e-4, "{knock:?}: {yaw}");
-            assert!(yaw.abs() < 2.5 * health.yaw, "{knock:?}: {yaw} {health}");
-            assert!(health.may_arm(), "{knock:?}: {health}");
-            assert_eq!(health.reasons.contains(Reason::Yaw), !confirmed, "{knock:?}: {health}");
-            assert!(!confirmed || health.yaw < 2e-3, "{knock:?}: {health}");
+            assert!(yaw.abs() < 2.5 * details.yaw, "{knock:?}: {yaw} {verdict}");
+            assert_eq!(verdict.may_arm, confirmed, "{knock:?}: {verdict}");
+            assert_eq!(verdict.reasons.contains(Reason::Yaw), !confirmed, "{knock:?}: {verdict}");
+            assert!(!confirmed || details.yaw < 2e-3, "{knock:?}: {verdict}");
         }
     }
 }
@@ -130,10 +129,10 @@ fn a_knock_before_the_first_pair_is_within_the_reported_deviation_and_not_confir
         let mut calibrator = calibrated(Config::robust());
         let rig = [0.0, knock, 0.0];
         run(&mut calibrator, rig, a, 0..12);
-        let health = calibrator.health().unwrap();
+        let (details, verdict) = (calibrator.details().unwrap(), calibrator.verdict());
         let yaw = off(&calibrator, rig).y;
-        assert!(yaw.abs() < 2.5 * health.yaw, "{knock} {a}: {yaw} {health}");
-        assert!(health.reasons.contains(Reason::Yaw), "{knock} {a}: {health}");
+        assert!(yaw.abs() < 2.5 * details.yaw, "{knock} {a}: {yaw} {verdict}");
+        assert!(verdict.reasons.contains(Reason::Yaw), "{knock} {a}: {verdict}");
     }
 }
 
@@ -144,11 +143,11 @@ fn without_a_factory_calibration_rows_give_the_yaw_unconfirmed() {
         take(&mut unknown, &warped(NONE, 0.0, seed)).unwrap();
     }
     unknown.apply().unwrap();
-    let health = unknown.health().unwrap();
+    let (details, verdict) = (unknown.details().unwrap(), unknown.verdict());
     assert!(off(&unknown, NONE).y.abs() < 3e-4);
-    assert!(health.yaw > 4e-3 && health.reasons.contains(Reason::Yaw), "{health}");
+    assert!(details.yaw > 4e-3 && verdict.reasons.contains(Reason::Yaw), "{verdict}");
     assert_eq!(unknown.proposal().unwrap().lens_yaw.value, 0.0);
-    let errors = health.depth_errors(BASELINE_M).unwrap();
+    let errors = details.depth_errors(BASELINE_M);
     assert!(errors[3] > 100.0 * 4e-3 / BASELINE_M, "{errors:?}");
 }
 

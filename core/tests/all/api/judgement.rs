@@ -1,8 +1,8 @@
-//! A few mismatches, noise and the order of pairs must not decide the health.
+//! A few mismatches, noise and the order of pairs must not decide the verdict.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use stereo_selfcal::{Band, Correspondence, State};
+use stereo_selfcal::{Correspondence, State};
 
 use crate::api::presets::{calibrated, robust};
 use crate::api::scene::{SIZE, correspondences, correspondences_within, rig, take};
@@ -36,12 +36,11 @@ fn mismatches_of_any_disparity_do_not_decide_the_row_offset_in_use() {
             let matches = correspondences_within(&truth, [1000.0, 10_000.0], 256, 0.5, seed);
             let _ = take(&mut calibrator, &with_mismatches(matches, seed));
             let _ = calibrator.apply();
-            if let Some(health) =
-                calibrator.health().ok().filter(|health| health.state == State::Locked)
-            {
+            let verdict = calibrator.verdict();
+            if verdict.state == State::Locked && verdict.rows_ok {
                 locked += 1;
-                worst = worst.max(health.in_use_px);
-                off += u32::from(!health.may_arm());
+                worst = worst.max(calibrator.details().unwrap().in_use_px);
+                off += u32::from(!verdict.may_arm);
             }
         }
     }
@@ -53,26 +52,23 @@ fn mismatches_of_any_disparity_do_not_decide_the_row_offset_in_use() {
 fn a_noisy_matcher_is_not_a_wrong_calibration() {
     // Uniform noise of +-1.7 px gives row offsets of 1.4 px RMS. Six pairs with this noise do not show a pitch error of
     // 0.01 degrees, and clearly show one of 0.1 degrees.
-    let band = |off: f64, seed: u64| {
+    let applies = |off: f64, seed: u64| {
         let mut calibrator = calibrated(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
         for pair in 0..6 {
             let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
             take(&mut calibrator, &correspondences(&truth, 250, 1.7, 100 * seed + pair)).unwrap();
         }
-        let health = calibrator.health().unwrap();
-        assert!(health.in_use_px > 1.0, "{health}");
-        health.band
+        let details = calibrator.details().unwrap();
+        assert!(details.in_use_px > 1.0, "{details}");
+        calibrator.verdict().should_apply
     };
     for seed in 0..12 {
-        assert_eq!(
-            [0.0, 0.01, 0.1].map(|off| band(off, seed)),
-            [Band::Good, Band::Good, Band::Recalibrate]
-        );
+        assert_eq!([0.0, 0.01, 0.1].map(|off| applies(off, seed)), [false, false, true]);
     }
 }
 
 #[test]
-fn the_order_of_pairs_does_not_decide_the_band() {
+fn the_order_of_pairs_does_not_decide_whether_to_apply() {
     let truth = rig([1.0, -0.5, 0.8], [0.5, -0.4]);
     // Depending on its noise, a single pair has an RMS row offset in use that is more or less than a tenth above the
     // proposed one.
@@ -81,14 +77,14 @@ fn the_order_of_pairs_does_not_decide_the_band() {
         correspondences::<f32>(&truth, 250, noise, i)
     };
     for off in [0.005, 0.012, 0.02] {
-        let mut bands = Vec::new();
+        let mut applies = Vec::new();
         for first in 0..12 {
             let mut calibrator = calibrated(rig([1.0 + off, -0.5, 0.8], [0.5, -0.4]));
             for i in 0..12 {
                 let _ = take(&mut calibrator, &pair((first + i) % 12));
             }
-            bands.push(calibrator.health().unwrap().band);
+            applies.push(calibrator.verdict().should_apply);
         }
-        assert!(bands.iter().all(|band| *band == bands[0]), "{off}: {bands:?}");
+        assert!(applies.iter().all(|one| *one == applies[0]), "{off}: {applies:?}");
     }
 }

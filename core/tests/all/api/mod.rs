@@ -10,13 +10,13 @@ pub(crate) mod disturbed;
 mod documentation;
 mod far;
 mod fusion;
-mod health;
 mod homography;
 mod judgement;
 mod lens;
 mod mistakes;
 pub(crate) mod presets;
 mod robust;
+mod row_grid;
 pub(crate) mod scene;
 mod selection;
 #[cfg(feature = "serde")]
@@ -27,5 +27,6 @@ mod texts;
 // The traces hold for glibc: `powf`, which generates the depths, has other last bits on other platforms.
 #[cfg(target_env = "gnu")]
 mod traces;
+mod verdict;
 mod vibration;
 pub(crate) mod witness;

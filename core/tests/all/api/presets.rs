@@ -19,7 +19,14 @@ pub(crate) fn calibrator<T: Scalar>() -> Calibrator<T, 256> {
     with(Config::paper())
 }
 
-/// Calibrator of the robust preset, with a guess of the extrinsics.
+/// Calibrator of the robust preset, with a guess of the extrinsics. It may arm by its rows alone, because a guess does not
+/// confirm the yaw.
 pub(crate) fn robust<T: Scalar>() -> Calibrator<T, 256> {
-    with(Config::robust())
+    with(ROWS_ALONE)
 }
+
+/// The robust preset for a rig that uses no metric depth.
+pub(crate) const ROWS_ALONE: Config = match Config::robust().with_depth_limit_px(f32::INFINITY) {
+    Ok(config) => config,
+    Err(_) => panic!("the limit is valid"),
+};

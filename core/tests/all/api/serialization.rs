@@ -9,7 +9,7 @@ use stereo_selfcal::geometry::{
 };
 use stereo_selfcal::paper::Settings;
 use stereo_selfcal::{
-    Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Health, Lens, PairReport, Proposal,
+    Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Lens, PairReport, Proposal,
     Rejection, Scalar,
 };
 
@@ -85,9 +85,10 @@ fn results_come_back() {
     }
     let outcome = calibrator.take_pair(correspondences(&truth, 250, 0.5, 5));
     let pair: PairReport<f32> = outcome.pair.unwrap();
-    let health: Health<f32> = calibrator.health().unwrap();
+    let (verdict, details) = (*calibrator.verdict(), calibrator.details().unwrap());
     let proposal: Proposal<f32> = calibrator.proposal().unwrap();
-    comes_back(&health);
+    comes_back(&verdict);
+    comes_back(&details);
     comes_back(&proposal);
     comes_back(&pair);
     let rotations = RectifyingRotations::from(&proposal.extrinsics);

@@ -17,18 +17,19 @@ fn results_are_one_line_with_units() {
     }
     let outcome = calibrator.take_pair(matches(4));
     assert_eq!(outcome.to_string(), "added");
-    let health = calibrator.health().unwrap().to_string();
+    let verdict = calibrator.verdict().to_string();
     let proposal = calibrator.proposal().unwrap().to_string();
     let pair = outcome.pair.unwrap().to_string();
-    assert!(health.starts_with("locked, recalibrate, must not arm: "), "{health}");
-    assert!(health.contains("against it: in use off by 1 px or more"), "{health}");
+    assert!(verdict.starts_with("rows "), "{verdict}");
+    assert!(verdict.contains(" px, coverage 0.00: must not arm, should apply, "), "{verdict}");
+    assert!(verdict.contains("against it: in use not confirmed by the last pairs"), "{verdict}");
     assert!(
         proposal.starts_with("locked: R 0.017") && proposal.contains(", 5 pairs, weakest "),
         "{proposal}"
     );
     assert!(pair.ends_with("0 skipped, 4 passes"), "{pair}");
     assert_eq!(outcome.pair.unwrap().stop, Stop::PassesSpent);
-    for (text, unit) in [(health, " px"), (proposal, " rad"), (pair, " rad")] {
+    for (text, unit) in [(verdict, " px"), (proposal, " rad"), (pair, " rad")] {
         assert!(text.contains(unit) && !text.contains('\n'), "{text}");
     }
 }

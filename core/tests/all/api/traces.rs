@@ -7,9 +7,10 @@ use core::fmt::{LowerExp, Write};
 
 use expect_test::expect_file;
 use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::outcome::Details;
 use stereo_selfcal::{
-    Calibrator, Config, Correspondence, Extrinsics, Health, LensTracking, PairReport, Proposal,
-    Scalar, has_valid_lengths,
+    Calibrator, Config, Correspondence, Extrinsics, LensTracking, PairReport, Proposal, Scalar,
+    Verdict, has_valid_lengths,
 };
 
 use crate::api::bias::fence;
@@ -26,7 +27,8 @@ pair  outcome
       solved: passes, stop; usable, skipped, screened; cost, RMS px before > after; noise px; off the truth t, R
       estimate: state, pairs; off the truth t, R, and of what applies; sd t, R, sd with the lens t, R; weakest; reasons
       lens: focal, k1, mean k1, p1, column; correction; vibration R, t
-      health: px in use, proposed, off; fits in use, proposed; coverage; yaw; band, whether it may arm; reasons
+      details: px in use, proposed, off; fits in use, proposed; yaw
+      verdict: rows, depth; coverage, of the image; whether it may arm, should apply; reasons
       checksum of the record, f32";
 
 trait Number: Scalar + LowerExp {}
@@ -73,16 +75,19 @@ fn estimate<T: Number>(proposal: &Proposal<T>) -> [String; 2] {
     [first, second]
 }
 
-fn health<T: Number>(health: &Health<T>) -> String {
-    let Health { in_use_px, proposed_px, off_px, fit_in_use, fit_proposed, .. } = health;
+fn details<T: Number>(details: &Details<T>) -> String {
+    let Details { in_use_px, proposed_px, off_px, fit_in_use, fit_proposed, yaw, .. } = details;
     format!(
-        "{in_use_px:.4e} {proposed_px:.4e} {off_px:.4e}; {fit_in_use} {fit_proposed}; {:.3}; {:.4e}; \
-         {:?} {}; {}",
-        health.coverage,
-        health.yaw,
-        health.band,
-        health.may_arm(),
-        health.reasons
+        "{in_use_px:.4e} {proposed_px:.4e} {off_px:.4e}; {fit_in_use} {fit_proposed}; {yaw:.4e}"
+    )
+}
+
+fn verdict<T: Number>(verdict: &Verdict<T>) -> String {
+    let Verdict { rows_px, depth_px, coverage, image_coverage, may_arm, should_apply, .. } =
+        verdict;
+    format!(
+        "{rows_px:.4e} {depth_px:.4e}; {coverage:.3} {image_coverage:.3}; {may_arm} {should_apply}; {}",
+        verdict.reasons
     )
 }
 
@@ -131,9 +136,10 @@ impl<T: Number> Trace<T> {
                 self.line(&words);
             }
         }
-        if let Ok(now) = self.calibrator.health() {
-            self.line(&health(&now));
+        if let Some(now) = self.calibrator.details() {
+            self.line(&details(&now));
         }
+        self.line(&verdict(self.calibrator.verdict()));
         let checksum = self.record().last_chunk().map(|bytes| u32::from_le_bytes(*bytes));
         // The checksum is left out in `f64`, because the last bit of a generated `f64` depends on the processor.
         if let Some(checksum) = checksum.filter(|_| size_of::<T>() == size_of::<f32>()) {

@@ -1,5 +1,5 @@
 //! Ranges and motions are witnesses: they separate the yaw of the mount, which depth needs, from the apparent yaw of
-//! the lens. Health counts and names witnesses that contradict the yaw.
+//! the lens. The details count and name witnesses that contradict the yaw.
 
 use crate::api::depth::{
     Knock, NONE, Tested, calibrated, knocked, made, off, reading, run, warped, with_baseline,
@@ -27,11 +27,14 @@ fn five_ranges_tell_the_yaw_of_the_mount_after_a_knock_before_the_first_pair() {
         }
         assert!(taken >= 5, "{knock} {a}: {taken}");
         calibrator.apply().unwrap();
-        let health = calibrator.health().unwrap();
+        let details = calibrator.details().unwrap();
         let yaw = off(&calibrator, rig).y;
         assert!(yaw.abs() < 3e-4, "{knock} {a}: {yaw}");
-        assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
-        assert!(!health.reasons.contains(Reason::Yaw), "{health}");
+        assert!(
+            yaw.abs() < 2.5 * details.yaw && details.yaw < 1e-3,
+            "{knock} {a}: {yaw} {details}"
+        );
+        assert!(!calibrator.proposal().unwrap().reasons().contains(Reason::Yaw), "{details}");
         // The lens is known now, so a further knock is followed.
         let again = [0.0, knock - 0.7, 0.0];
         run(&mut calibrator, again, a, 20..34);
@@ -188,10 +191,13 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
             assert!(pushed.is_ok(), "{knock} {a} {turn}: {pushed:?}");
         }
         calibrator.apply().unwrap();
-        let (health, yaw) = (calibrator.health().unwrap(), off(&calibrator, rig).y);
+        let (details, yaw) = (calibrator.details().unwrap(), off(&calibrator, rig).y);
         assert!(yaw.abs() < 4e-4, "{knock} {a}: {yaw}");
-        assert!(yaw.abs() < 2.5 * health.yaw && health.yaw < 1e-3, "{knock} {a}: {yaw} {health}");
-        assert!(!health.reasons.contains(Reason::Yaw), "{health}");
+        assert!(
+            yaw.abs() < 2.5 * details.yaw && details.yaw < 1e-3,
+            "{knock} {a}: {yaw} {details}"
+        );
+        assert!(!calibrator.proposal().unwrap().reasons().contains(Reason::Yaw), "{details}");
     }
     let nothing = calibrated(Config::robust()).push_witness(&[][..]);
     assert_eq!(nothing, Err(MotionError::NotLocked));
@@ -262,13 +268,13 @@ fn tracks_of_random_rays_show_no_motion_and_leave_no_trace() {
     }
 }
 
-/// Counts of contradicting ranges and motions; checks that the text of the health names them if there are any.
+/// Counts of contradicting ranges and motions; checks that the text of the details names them if there are any.
 fn counts(calibrator: &Tested) -> [u16; 2] {
-    let health = calibrator.health().unwrap();
-    let counts = [health.contradicting_ranges, health.contradicting_motions];
+    let details = calibrator.details().unwrap();
+    let counts = [details.contradicting_ranges, details.contradicting_motions];
     let [ranges, motions] = counts;
     let named = format!("contradicted by {ranges} ranges and {motions} motions");
-    assert_eq!(health.to_string().contains(&named), counts != [0; 2], "{health}");
+    assert_eq!(details.to_string().contains(&named), counts != [0; 2], "{details}");
     counts
 }
 

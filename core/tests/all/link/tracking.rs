@@ -65,9 +65,9 @@ fn tracked_frames_of_a_moving_rig_tell_the_yaw_of_the_mount() {
         assert!(tracks.quads().is_empty());
     }
     calibrator.apply().unwrap();
-    let (health, yaw) = (calibrator.health().unwrap(), off(&calibrator, knock).y);
-    assert!(yaw.abs() < 4e-4 && yaw.abs() < 2.5 * health.yaw, "{yaw} {health}");
-    assert!(!health.reasons.contains(Reason::Yaw), "{health}");
+    let (details, yaw) = (calibrator.details().unwrap(), off(&calibrator, knock).y);
+    assert!(yaw.abs() < 4e-4 && yaw.abs() < 2.5 * details.yaw, "{yaw} {details}");
+    assert!(!calibrator.verdict().reasons.contains(Reason::Yaw), "{details}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use stereo_selfcal::geometry::{RectifiedCamera, RectifyError, RectifyingRotation
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics,
-    FactoryCalibration, Health, NoHealth, Outcome, Proposal, PushError, RestoreError, Scalar,
+    FactoryCalibration, Outcome, Proposal, PushError, RestoreError, Scalar,
 };
 
 use crate::lens;
@@ -52,8 +52,8 @@ pub(crate) fn solve<T: Scalar>(calibrator: &mut CalibratorOf<T>) -> Outcome<T> {
 }
 
 #[inline(never)]
-pub(crate) fn health<T: Scalar>(calibrator: &CalibratorOf<T>) -> Result<Health<T>, NoHealth> {
-    calibrator.health()
+pub(crate) fn details<T: Scalar>(calibrator: &CalibratorOf<T>) -> Option<Details<T>> {
+    calibrator.details()
 }
 
 #[inline(never)]

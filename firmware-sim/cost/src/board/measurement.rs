@@ -137,8 +137,8 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     let [half, whole] = both_sizes(probe, records, || locked.clone());
     let [half_last, whole_last] = [&half, &whole].map(|cost| cost.calls.last.instructions);
     row("pass judging robust", "instructions/match", slope(half_last, whole_last));
-    let health = [&half, &whole].map(|cost| cost.calls.health.instructions);
-    row("pass health", "instructions/match", slope(health[0], health[1]));
+    let details = [&half, &whole].map(|cost| cost.calls.details.instructions);
+    row("pass details", "instructions/match", slope(details[0], details[1]));
     all.max(&whole.calls)
 }
 

@@ -21,7 +21,7 @@ pub(crate) struct Calls {
     pub(crate) last: Sample,
     /// The last call.
     pub(crate) fuse: Sample,
-    pub(crate) health: Sample,
+    pub(crate) details: Sample,
     pub(crate) proposal: Sample,
     pub(crate) apply: Sample,
 }
@@ -34,7 +34,7 @@ impl Calls {
             ("advance_pair", self.advance),
             ("advance_pair that judges", self.last),
             ("advance_pair that fuses", self.fuse),
-            ("health", self.health),
+            ("details", self.details),
             ("proposal", self.proposal),
             ("apply", self.apply),
         ]
@@ -48,7 +48,7 @@ impl Calls {
             advance: self.advance.max(other.advance),
             last: self.last.max(other.last),
             fuse: self.fuse.max(other.fuse),
-            health: self.health.max(other.health),
+            details: self.details.max(other.details),
             proposal: self.proposal.max(other.proposal),
             apply: self.apply.max(other.apply),
         }
@@ -122,7 +122,7 @@ pub(crate) fn update<T: Scalar>(probe: &Probe, calibrator: &mut CalibratorOf<T>)
             calls.last = sample;
         }
     }
-    calls.health = probe.run(|| calls::health(calibrator)).1;
+    calls.details = probe.run(|| calls::details(calibrator)).1;
     calls.proposal = probe.run(|| calls::proposal(calibrator)).1;
     calls.apply = probe.run(|| calls::apply(calibrator)).1;
     PairCost { state, update, second, calls }

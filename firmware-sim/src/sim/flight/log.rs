@@ -1,4 +1,4 @@
-//! Prints a line for every pair that changes the state, verdict or health, for every pair whose verdict is not that it
+//! Prints a line for every pair that changes the state, result or reasons, for every pair whose result is not that it
 //! was added, and for every fiftieth pair.
 
 use std::io::Write;
@@ -7,7 +7,7 @@ use anyhow::Result;
 use firmware_sim::Controller;
 use sim::run::Verdict;
 use sim::synth::Scenario;
-use stereo_selfcal::{Band, Fused, Health, Proposal, Reasons, RestoreError, State};
+use stereo_selfcal::{Fused, Proposal, Reasons, RestoreError, State};
 
 use super::super::args::FlightArgs;
 use super::super::labels;
@@ -36,16 +36,8 @@ pub(super) fn heading(out: &mut impl Write, args: &FlightArgs, scenario: &Scenar
     writeln!(out, "preset     robust, automatic apply while locked; f32, 1/256 px on the wire\n")?;
     writeln!(
         out,
-        "pair  {:<9}  {:<11}  {:<15}  {:<9}  {:<15}  {:<11}  {:>5}  {:<27}  {:<14}  what",
-        "state",
-        "band",
-        "rows px use>new",
-        "fit",
-        "sigma deg R, t",
-        "weakest",
-        "cover",
-        "depth error m, 1 2 5 10 m",
-        "arm"
+        "pair  {:<9}  {:>7}  {:>8}  {:>5}  {:<15}  {:<11}  {:<16}  {:<5}  what",
+        "state", "rows px", "depth px", "cover", "sigma deg R, t", "weakest", "arm", "apply"
     )?;
     Ok(())
 }
@@ -81,20 +73,19 @@ pub(super) fn resumed(
 struct Key {
     verdict: Option<Verdict>,
     state: State,
-    health: Option<(Band, Reasons)>,
+    reasons: Option<Reasons>,
 }
 
+/// The calibrator's verdict; [`Verdict`] is the result of a pair.
+type Judgement = stereo_selfcal::Verdict<f32>;
+
 /// Prints the lines, and keeps the last one for comparison.
+#[derive(Default)]
 pub(super) struct Log {
-    baseline_m: f32,
     last: Option<Key>,
 }
 
 impl Log {
-    pub(super) fn new(baseline_m: f32) -> Self {
-        Self { baseline_m, last: None }
-    }
-
     /// Prints a line if something has changed since the last line, if the pair was received but not added, or if the
     /// number of the pair is a multiple of [`INTERVAL`].
     pub(super) fn note(
@@ -103,11 +94,10 @@ impl Log {
         pair: u32,
         verdict: Option<Verdict>,
         state: State,
-        judged: Option<(&Health<f32>, &Proposal<f32>)>,
+        judged: Option<(&Judgement, &Proposal<f32>)>,
     ) -> Result<()> {
-        let health = judged.map(|(health, _)| health);
-        let health_key = health.map(|h| (h.band, h.reasons));
-        let key = Key { verdict, state, health: health_key };
+        let reasons = judged.map(|(judgement, _)| judgement.reasons);
+        let key = Key { verdict, state, reasons };
         let plain = matches!(verdict, None | Some(Verdict::Accepted(Fused::Added)));
         if self.last == Some(key) && plain && !pair.is_multiple_of(INTERVAL) {
             return Ok(());
@@ -115,41 +105,34 @@ impl Log {
         self.last = Some(key);
         write!(out, "{pair:>4}  {:<9}  ", state.to_string())?;
         match judged {
-            Some((health, proposal)) => self.health(out, health, proposal)?,
-            None => write!(out, "{:<120}  ", "-")?,
+            Some((judgement, proposal)) => judged_as(out, judgement, proposal)?,
+            None => write!(out, "{:<79}  ", "-")?,
         }
         match verdict {
             Some(verdict) => write!(out, "{verdict}")?,
             None => write!(out, "no frame received")?,
         }
-        if let Some(doubt) = health.and_then(|h| labels::doubt(h.reasons)) {
+        if let Some(doubt) = reasons.and_then(labels::doubt) {
             write!(out, "; {doubt}")?;
         }
         Ok(writeln!(out)?)
     }
+}
 
-    fn health(
-        &self,
-        out: &mut impl Write,
-        h: &Health<f32>,
-        proposal: &Proposal<f32>,
-    ) -> Result<()> {
-        let weakest = proposal.weakest().map_or("-".into(), |(direction, sd)| {
-            format!("{} {:.4}", labels::direction(direction), sd.to_degrees())
-        });
-        let [r, t] = [proposal.sd.rotation, proposal.sd.translation].map(f32::to_degrees);
-        let errors = h.depth_errors(self.baseline_m);
-        let errors = errors.map_or("-".into(), |all| all.map(|m| format!("{m:.3}")).join(" "));
-        let rows = format!("{:.3} > {:.3}", h.in_use_px, h.proposed_px);
-        write!(
-            out,
-            "{:<11}  {rows:<15}  {:<9}  {:<15}  {weakest:<11}  {:>3.0} %  {errors:<27}  {:<14}  ",
-            labels::band(h.band),
-            format!("{} > {}", h.fit_in_use, h.fit_proposed),
-            format!("{r:.4} {t:.4}"),
-            100.0 * h.coverage,
-            labels::arming(h),
-        )?;
-        Ok(())
-    }
+fn judged_as(out: &mut impl Write, judgement: &Judgement, proposal: &Proposal<f32>) -> Result<()> {
+    let weakest = proposal.weakest().map_or("-".into(), |(direction, sd)| {
+        format!("{} {:.4}", labels::direction(direction), sd.to_degrees())
+    });
+    let [r, t] = [proposal.sd.rotation, proposal.sd.translation].map(f32::to_degrees);
+    write!(
+        out,
+        "{:>7.2}  {:>8.2}  {:>5.2}  {:<15}  {weakest:<11}  {:<16}  {:<5}  ",
+        judgement.rows_px,
+        judgement.depth_px,
+        judgement.coverage,
+        format!("{r:.4} {t:.4}"),
+        labels::arming(judgement),
+        if judgement.should_apply { "yes" } else { "-" },
+    )?;
+    Ok(())
 }

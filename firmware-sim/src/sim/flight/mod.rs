@@ -20,8 +20,7 @@ use sim::wire::Sender;
 use stereo_selfcal::depth::{Tracks, Witnessed};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Health, Intrinsics, Lens, Scalar,
-    State,
+    Camera, Cameras, Config, Extrinsics, FactoryCalibration, Intrinsics, Lens, Scalar, State,
 };
 
 use super::args::FlightArgs;
@@ -55,7 +54,7 @@ struct Moment {
     /// Reported standard deviation of the estimate, rad.
     sd: Option<Deviation<f64>>,
     /// RMS row offset with the extrinsics in use, px.
-    in_use_px: Option<f32>,
+    rows_px: Option<f32>,
 }
 
 impl Moment {
@@ -127,7 +126,7 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
     let profile = if args.faults { Profile::BAD } else { Profile::GOOD };
     let sender = Sender::new(scenario.scene.size, [0.0])?;
     let mut hardware = Hardware::new(profile, sender, args.seed);
-    let mut log = Log::new(args.baseline);
+    let mut log = Log::default();
     let mut result = FlightResult::default();
     let bar = progress::over(scenario.pairs, "pairs");
     let mut pairs = (0_u32..).zip(scenario.frames(args.seed)?).zip(calm).peekable();
@@ -155,17 +154,17 @@ fn simulate(scenario: &Scenario, args: &FlightArgs, out: &mut impl Write) -> Res
                 note(&mut result.motions, motion.ok());
             }
             let calibrator = app.calibrator();
-            let health = pair_outcome.as_ref().and_then(|pair| pair.health);
+            let judgement = pair_outcome.as_ref().map(|pair| pair.verdict);
             let verdict = pair_outcome.as_ref().map(verdict_of);
             bar.suspend(|| {
                 if usize::try_from(sequence)? == scenario.turned_from() {
                     log::knock(out, scenario.turn_deg)?;
                 }
                 let proposal = calibrator.proposal();
-                let judged = health.as_ref().zip(proposal.as_ref());
+                let judged = judgement.as_ref().zip(proposal.as_ref());
                 log.note(out, sequence, verdict, calibrator.state(), judged)
             })?;
-            result.record(calibrator, verdict, health.as_ref(), &calm);
+            result.record(calibrator, verdict, judgement.as_ref(), &calm);
             bar.inc(1);
             let (power, now) = (hardware.power(), Hardware::now(sequence));
             let kept = match power {
@@ -222,7 +221,7 @@ impl FlightResult {
         &mut self,
         calibrator: &Controller,
         verdict: Option<Verdict>,
-        health: Option<&Health<f32>>,
+        judgement: Option<&stereo_selfcal::Verdict<f32>>,
         calm: &Extrinsics<f64>,
     ) {
         let proposal = calibrator.proposal();
@@ -235,7 +234,7 @@ impl FlightResult {
                 translation: p.sd.translation.to_f64(),
                 rotation: p.sd.rotation.to_f64(),
             }),
-            in_use_px: health.map(|h| h.in_use_px),
+            rows_px: judgement.map(|judgement| judgement.rows_px),
         });
     }
 }

@@ -28,7 +28,7 @@ pub(super) struct Outcome {
 struct Last {
     error: Deviation<f64>,
     sd: Option<Deviation<f64>>,
-    in_use_px: Option<f32>,
+    rows_px: Option<f32>,
 }
 
 impl Outcome {
@@ -49,7 +49,7 @@ impl Outcome {
             detected: detected.map(|i| i + 1),
             took_over: took_over.map(|i| i + 1),
             worst: [settled, between, recovered].map(worst),
-            last: last.map(|m| Last { error: m.error, sd: m.sd, in_use_px: m.in_use_px }),
+            last: last.map(|m| Last { error: m.error, sd: m.sd, rows_px: m.rows_px }),
         }
     }
 }
@@ -78,13 +78,13 @@ impl fmt::Display for Outcome {
             let name = if i == 0 { "worst error in use" } else { "" };
             writeln!(f, "{name:<18} {}  {span}", worst.as_ref().map_or("-".into(), degrees))?;
         }
-        let Some(Last { error, sd, in_use_px }) = &self.last else { return Ok(()) };
+        let Some(Last { error, sd, rows_px }) = &self.last else { return Ok(()) };
         write!(f, "final error in use {}", degrees(error))?;
         if let Some(sd) = sd {
             let [r, t] = [error.rotation / sd.rotation, error.translation / sd.translation];
             write!(f, "  {r:.1} and {t:.1} reported sd of {}", degrees(sd))?;
         }
-        if let Some(px) = in_use_px {
+        if let Some(px) = rows_px {
             write!(f, "\nrow offset in use  {px:.3} px RMS over the last pair's matches that fit")?;
         }
         Ok(())
@@ -98,7 +98,7 @@ mod tests {
 
     fn moment(state: State, fused: Fused, error: f64) -> Moment {
         let error = Deviation { translation: 2.0 * error, rotation: error };
-        Moment { verdict: Some(Verdict::Accepted(fused)), state, error, sd: None, in_use_px: None }
+        Moment { verdict: Some(Verdict::Accepted(fused)), state, error, sd: None, rows_px: None }
     }
 
     #[test]

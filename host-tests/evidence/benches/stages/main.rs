@@ -43,7 +43,7 @@ fn main() {
 /// All calls of `Calibrator.fuse` in Python, for comparison with its time.
 fn all_calls(calibrator: &mut Calibrator256, pair: &[Correspondence<f32>]) -> bool {
     let outcome = calibrator.take_pair(pair.iter().copied());
-    let _ = black_box((calibrator.proposal(), calibrator.health()));
+    let _ = black_box((calibrator.proposal(), calibrator.details()));
     outcome.fused.is_ok()
 }
 

@@ -22,7 +22,7 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
         command: replayed.command.to_owned(),
         numbers: states_csv,
     });
-    section.figure(health(replayed, steps));
+    section.figure(rows_and_errors(replayed, steps));
     section.table(table(replayed, steps));
     section
 }
@@ -59,7 +59,7 @@ const ERRORS: [Series; 4] = [
     series("sd of R, reported, mrad", 1, Line::Broken, |step| step.estimate.map(|e| 1e3 * e.sd.rotation)),
 ];
 
-fn health(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
+fn rows_and_errors(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
     let count = |i: usize| u32::try_from(i + 1).map_or(f64::NAN, f64::from);
     let drawn = |title: &str, series: &[Series]| {
         let curve = |series: &Series| Curve {

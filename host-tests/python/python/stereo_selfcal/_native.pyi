@@ -12,10 +12,11 @@ __all__ = [
     "Calibration",
     "Calibrator",
     "Camera",
-    "Health",
+    "Details",
     "Pair",
     "Result",
     "Rig",
+    "Verdict",
     "check",
     "encode_frame",
     "match",
@@ -311,6 +312,10 @@ class Calibrator:
         Pairs further than this from the factory extrinsics are refused, rad. Default 0.5.
     memory_pairs : int, optional
         Pairs after which the oldest fade. Default 1000.
+    rows_limit_px, depth_limit_px : float, optional
+        Limits of an arming check (`Verdict`), px. Defaults 1 and 2. ``inf`` for depth: the rig uses no metric depth.
+    coverage_limit : float, optional
+        Least coverage of an arming check. Default 0.7.
     motion : bool
         Whether the tracks of frames (`feed_frames`) tell motion, as `push_motion` does.
 
@@ -329,6 +334,9 @@ class Calibrator:
         lens: Literal["report", "given", "compensate"] = "report",
         max_correction_rad: float | None = None,
         memory_pairs: int | None = None,
+        rows_limit_px: float | None = None,
+        depth_limit_px: float | None = None,
+        coverage_limit: float | None = None,
         motion: bool = False,
     ) -> Calibrator: ...
     def fuse(
@@ -470,7 +478,11 @@ class Calibrator:
     def reset(self) -> None:
         """Forget all pairs: back to the factory extrinsics."""
 
-    def health(self) -> Health | None:
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict after the last pair; it stays until the next one."""
+
+    def details(self) -> Details | None:
         """Return the fit of calibration in use and estimate to the last pair; None before the first fused pair."""
 
     @property
@@ -559,21 +571,68 @@ class Pair:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
-class Health:
+class Verdict:
+    """What the last pairs say of the calibration in use.
+
+    Attributes
+    ----------
+    rows_px : float
+        RMS row offset of the calibration in use beyond that of the pair's own pose, px; infinite before the first pair.
+    depth_px : float
+        Expected RMS error of the disparities in use, px; infinite without an estimate. Depth ``Z`` is off by
+        ``Z**2 * depth_px / (focal * baseline)``.
+    coverage : float
+        Share of the matches that fit the calibration in use, among those that fit the pair's own pose.
+    image_coverage : float
+        Share of the cells of an 8 x 6 grid over the image with a match that fits the pair's own pose.
+    rows_ok, depth_ok : bool
+        Whether `rows_px` and `depth_px` are within their limits.
+    may_arm : bool
+        Yes or no to an arming check.
+    should_apply : bool
+        Whether `Calibrator.apply` is worthwhile.
+    reasons : tuple of str
+        Reasons against relying on the calibration, the worst first; may be empty.
+    cause : str or None
+        The likeliest mistake in rig or matcher, in words: ``"u and v exchanged"``.
+    text : str
+        All of it in one line.
+    """
+
+    @property
+    def rows_px(self) -> float: ...
+    @property
+    def depth_px(self) -> float: ...
+    @property
+    def coverage(self) -> float: ...
+    @property
+    def image_coverage(self) -> float: ...
+    @property
+    def rows_ok(self) -> bool: ...
+    @property
+    def depth_ok(self) -> bool: ...
+    @property
+    def may_arm(self) -> bool: ...
+    @property
+    def should_apply(self) -> bool: ...
+    @property
+    def reasons(self) -> tuple[str, ...]: ...
+    @property
+    def cause(self) -> str | None: ...
+    @property
+    def text(self) -> str: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Details:
     """The calibration in use and the estimate, over the matches of the last pair.
 
     Attributes
     ----------
-    may_arm : bool
-        Yes or no to an arming check; the reasons of the result say why not.
-    band : str
-        ``"good"``, ``"improvable"``, ``"recalibrate"`` or ``"unknown"``: verdict on the calibration in use.
     in_use_px, proposed_px, off_px : float
         RMS row offset of the calibration in use, of the estimate, and of their difference, px.
     fit_in_use, fit_proposed : int
         Matches that fit each of both.
-    coverage : float
-        Share of the cells of an 8 x 6 grid over the image with a match that fits.
     corner_px : float
         Row offset that the apparent yaw of the lenses leaves in the corner of the image, px.
     contradicting_ranges, contradicting_motions : int
@@ -592,10 +651,6 @@ class Health:
     """
 
     @property
-    def may_arm(self) -> bool: ...
-    @property
-    def band(self) -> str: ...
-    @property
     def in_use_px(self) -> float: ...
     @property
     def proposed_px(self) -> float: ...
@@ -605,8 +660,6 @@ class Health:
     def fit_in_use(self) -> int: ...
     @property
     def fit_proposed(self) -> int: ...
-    @property
-    def coverage(self) -> float: ...
     @property
     def corner_px(self) -> float: ...
     @property
@@ -635,12 +688,10 @@ class Result:
         (3, 3) and (3,): ``p_r = R p_l + t``, ``|t| = 1``, over all fused pairs. None before the first.
     state : str
         ``"acquiring"``, ``"locked"``, ``"suspect"`` or ``"lost"``.
-    health : Health or None
-        Fit and reliability over this pair's matches; None before the first fused pair.
-    reasons : tuple of str
-        Reasons against relying on the calibration, the worst first; may be empty.
-    cause : str or None
-        The likeliest mistake in rig or matcher, in words, once four pairs show one: ``"u and v exchanged"``.
+    verdict : Verdict
+        Whether to arm and to apply, and why not.
+    details : Details or None
+        Fit over this pair's matches; None before the first fused pair.
     sd, sd_lens : Sd or None
         Standard deviations of ``R`` and ``t``: with the lens models as given, and with them uncertain.
     fused : str or None
@@ -671,11 +722,9 @@ class Result:
     @property
     def state(self) -> State: ...
     @property
-    def health(self) -> Health | None: ...
+    def verdict(self) -> Verdict: ...
     @property
-    def reasons(self) -> tuple[str, ...]: ...
-    @property
-    def cause(self) -> str | None: ...
+    def details(self) -> Details | None: ...
     @property
     def sd(self) -> Sd | None: ...
     @property

@@ -60,10 +60,10 @@ def plot(
     rows.set(xlabel="row offset, px", ylabel="matches", title="Row offsets")
     rows.legend()
 
-    seen = [(i, result.health) for i, result in enumerate(results) if result.health is not None]
+    seen = [(i, result.details) for i, result in enumerate(results) if result.details is not None]
     pairs = [i for i, _ in seen]
-    timeline.plot(pairs, [health.in_use_px for _, health in seen], label="in use")
-    timeline.plot(pairs, [health.proposed_px for _, health in seen], label="estimate")
+    timeline.plot(pairs, [details.in_use_px for _, details in seen], label="in use")
+    timeline.plot(pairs, [details.proposed_px for _, details in seen], label="estimate")
     for i, result in enumerate(results):
         if result.rejection is not None:
             timeline.axvline(i, color="0.8", zorder=0)

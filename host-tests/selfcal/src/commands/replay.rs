@@ -95,7 +95,7 @@ pub(crate) struct ReplayArgs {
 
     /// Write one row for each pair into this file: pair, state, verdict, armed, doubt, matches, fit, rms_px_in_use,
     /// rms_px_proposed, sd_rotation, sd_translation, the estimate (r11..r33,t1,t2,t3) and the extrinsics in use after
-    /// the pair (u11..u33,v1,v2,v3). The health behind armed, fit and both RMS is read before the estimate is applied.
+    /// the pair (u11..u33,v1,v2,v3). armed, fit and both RMS are of the verdict before the estimate is applied.
     /// If a lens was corrected, the corrections of the right camera follow: of the estimate (focal,k1) and in use
     /// (used_focal,used_k1). Angles in rad. A file of an earlier run is replaced.
     #[arg(long, value_name = "FILE")]

@@ -72,12 +72,9 @@ fn styled(bar: ProgressBar, template: &str) -> ProgressBar {
     bar.with_style(style)
 }
 
-/// Row offsets in use and by the estimate, and the state.
+/// The verdict, and the state.
 fn view(step: &Step) -> String {
     let Some(estimate) = &step.estimate else { return "no estimate yet".into() };
-    let health = step.checked.and_then(|checked| checked.health);
-    let rows = health.map(|rows| {
-        format!("rows {:.2} px, {:.2} px by the estimate, ", rows.in_use_px, rows.proposed_px)
-    });
-    format!("{}{estimate}", rows.unwrap_or_default())
+    let judged = step.checked.map(|checked| format!("{}, ", checked.judged));
+    format!("{}{estimate}", judged.unwrap_or_default())
 }

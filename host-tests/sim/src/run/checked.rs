@@ -1,9 +1,12 @@
 //! The calibrator as a vehicle sees it after a pair: the calibration in use, and whether the vehicle may arm.
 
+use std::fmt;
+
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::outcome::Details;
 use stereo_selfcal::{
-    Band, Calibrator, Camera, Cameras, Cause, Extrinsics, Health, Lens, Reasons, Scalar, State,
+    Calibrator, Camera, Cameras, Cause, Extrinsics, Lens, Reasons, Scalar, State, Verdict,
 };
 
 use rigs::data::in_f64;
@@ -19,22 +22,67 @@ pub struct Checked {
     pub correction: LensCorrection<f64>,
     /// Error of the extrinsics in use, rad; `None` without a reference.
     pub error: Option<Deviation<f64>>,
-    /// The likeliest mistake in the rig file or the matcher, after the pair; `None` if pairs show none.
-    pub cause: Option<Cause>,
-    /// The health over the pair, before the estimate was applied; `None` if the calibrator has no health to report.
-    pub health: Option<Checks>,
+    /// The verdict on the calibration in use, before the estimate was applied.
+    pub judged: Judged,
+    /// The details over the pair, before the estimate was applied; `None` if the calibrator has none to report.
+    pub details: Option<Checks>,
 }
 
-/// The parts of [`Health`] that a run records, in `f64`.
+/// The core's [`Verdict`] in `f64`.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Checks {
+pub struct Judged {
+    /// Row offset of the calibration in use beyond that of the pair's own pose, px RMS.
+    pub rows_px: f64,
+    /// Expected error of the disparities with the calibration in use, px RMS.
+    pub depth_px: f64,
+    /// Share of the matches that fit the calibration in use, among those that fit the pair's own pose.
+    pub coverage: f64,
+    /// Share of the image with matches that fit the pair's own pose.
+    pub image_coverage: f64,
+    /// Whether `rows_px` is within its limit.
+    pub rows_ok: bool,
+    /// Whether `depth_px` is within its limit.
+    pub depth_ok: bool,
     /// Answer to an arming check.
     pub may_arm: bool,
-    /// Reasons not to rely on the estimate.
+    /// Whether applying the estimate is worthwhile.
+    pub should_apply: bool,
+    /// Reasons not to rely on the calibration in use.
     pub reasons: Reasons,
-    /// Rating of the calibration in use.
-    pub band: Band,
-    /// Expected error of the yaw in use, rad ([`Health::yaw`]): the error of depth is `Z^2 / b` times this.
+    /// The likeliest mistake in the rig file or the matcher; `None` if pairs show none.
+    pub cause: Option<Cause>,
+}
+
+impl Judged {
+    fn of<T: Scalar>(verdict: &Verdict<T>) -> Self {
+        Self {
+            rows_px: verdict.rows_px.to_f64(),
+            depth_px: verdict.depth_px.to_f64(),
+            coverage: verdict.coverage.to_f64(),
+            image_coverage: verdict.image_coverage.to_f64(),
+            rows_ok: verdict.rows_ok,
+            depth_ok: verdict.depth_ok,
+            may_arm: verdict.may_arm,
+            should_apply: verdict.should_apply,
+            reasons: verdict.reasons,
+            cause: verdict.cause,
+        }
+    }
+}
+
+impl fmt::Display for Judged {
+    /// Writes `rows 0.4 px, depth 1.0 px, coverage 0.96: may arm`, as the core does.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { rows_px, depth_px, coverage, may_arm, .. } = self;
+        let arming = if *may_arm { "may arm" } else { "must not arm" };
+        write!(f, "rows {rows_px:.1} px, depth {depth_px:.1} px, coverage {coverage:.2}: {arming}")
+    }
+}
+
+/// The parts of [`Details`] that a run records, in `f64`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Checks {
+    /// Expected error of the yaw in use, rad ([`Details::yaw`]): the error of depth is `Z^2 / b` times this.
     pub yaw_sd: f64,
     /// Matches that fit the estimate.
     pub fit: u32,
@@ -48,46 +96,42 @@ impl Checked {
     /// The report of a calibrator.
     ///
     /// * `given`: the calibrator's cameras before any correction.
-    /// * `health`: the health over the last pair, before the estimate was applied.
+    /// * `details`: of the last pair, before the estimate was applied.
     /// * `truth`: truth of the pair, if known.
     pub fn of<T: Scalar, const N: usize>(
         calibrator: &Calibrator<T, N>,
         given: &Cameras<T>,
-        health: Option<&Health<T>>,
+        details: Option<&Details<T>>,
         truth: Option<&Extrinsics<f64>>,
     ) -> Self {
         let in_use = in_f64(&calibrator.in_use().extrinsics);
         let error = truth.map(|truth| Deviation::between(&in_use, truth));
-        let checks = |health: &Health<T>| Checks {
-            may_arm: health.may_arm(),
-            reasons: health.reasons,
-            band: health.band,
-            yaw_sd: health.yaw.to_f64(),
-            fit: health.fit_proposed,
-            in_use_px: health.in_use_px.to_f64(),
-            proposed_px: health.proposed_px.to_f64(),
+        let checks = |details: &Details<T>| Checks {
+            yaw_sd: details.yaw.to_f64(),
+            fit: details.fit_proposed,
+            in_use_px: details.in_use_px.to_f64(),
+            proposed_px: details.proposed_px.to_f64(),
         };
-        let correction = correction(given, calibrator);
-        let cause = calibrator.health().map_or_else(|none| none.cause(), |health| health.cause);
-        let state = calibrator.state();
-        Self { state, in_use, correction, error, cause, health: health.map(checks) }
+        Self {
+            state: calibrator.state(),
+            in_use,
+            correction: correction(given, calibrator),
+            error,
+            judged: Judged::of(calibrator.verdict()),
+            details: details.map(checks),
+        }
     }
 
-    /// Whether the health permits arming.
+    /// Whether the vehicle may arm.
     pub fn is_armed(&self) -> bool {
-        self.health.is_some_and(|health| health.may_arm)
+        self.judged.may_arm
     }
 
     /// Reasons against arming or against the estimate, then the likely cause, in words; may be empty.
     pub fn reasons(&self) -> Vec<String> {
-        let mut all: Vec<_> = match self.health {
-            Some(Checks { reasons, .. }) => {
-                reasons.iter().map(|reason| reason.to_string()).collect()
-            }
-            None => vec!["no estimate, or no match that fits it".into()],
-        };
-        all.extend(self.cause.map(|cause| format!("likely cause: {cause}")));
-        all
+        let Judged { reasons, cause, .. } = self.judged;
+        let reasons = reasons.iter().map(|reason| reason.to_string());
+        reasons.chain(cause.map(|cause| format!("likely cause: {cause}"))).collect()
     }
 }
 

@@ -2,8 +2,9 @@
 
 use anyhow::{Result, bail};
 use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::outcome::Details;
 use stereo_selfcal::{
-    Calibrator, Cameras, Extrinsics, Fused, Health, PairReport, Proposal, Rejection, Scalar,
+    Calibrator, Cameras, Extrinsics, Fused, PairReport, Proposal, Rejection, Scalar,
 };
 
 use super::checked::Checked;
@@ -125,17 +126,17 @@ impl RunLog {
         }
     }
 
-    /// Notes the calibration in use and the health after the pair recorded last.
+    /// Notes the calibration in use and the verdict after the pair recorded last.
     ///
     /// * `given`: the calibrator's cameras before any correction.
-    /// * `health`: over that pair, before the estimate was applied.
+    /// * `details`: of that pair, before the estimate was applied.
     pub fn check<T: Scalar, const N: usize>(
         &mut self,
         calibrator: &Calibrator<T, N>,
         given: &Cameras<T>,
-        health: Option<&Health<T>>,
+        details: Option<&Details<T>>,
     ) {
-        let checked = Checked::of(calibrator, given, health, self.truth.as_ref());
+        let checked = Checked::of(calibrator, given, details, self.truth.as_ref());
         if let Some(step) = self.steps.last_mut() {
             step.checked = Some(checked);
         }

@@ -18,7 +18,7 @@ mod totals;
 pub mod trace;
 
 pub use alone::PairSolver;
-pub use checked::{Checked, Checks};
+pub use checked::{Checked, Checks, Judged};
 pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres, offsets};
 pub use estimate::{Estimate, Lens, doubt};
 pub use kept_pairs::KeptPairs;

@@ -1,6 +1,6 @@
 //! Monte Carlo: many runs of a scenario, as on a vehicle, against the best possible estimate from its data.
 //!
-//! The health is read and the estimate applied after every pair. A run is compared with the joint maximum-likelihood
+//! The verdict is read and the estimate applied after every pair. A run is compared with the joint maximum-likelihood
 //! fit and the Cramer-Rao bound of the true matches of all its pairs.
 
 use anyhow::{Context, Result};
@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
-    Calibrator, Camera, Cameras, Config, Extrinsics, FactoryCalibration, Fused, Health, Intrinsics,
-    Lens, Proposal, Scalar, State,
+    Calibrator, Camera, Cameras, Config, Extrinsics, FactoryCalibration, Fused, Intrinsics, Lens,
+    Proposal, Scalar, State,
 };
 
 use crate::bounds::{cramer_rao, try_joint_fit};
@@ -46,11 +46,11 @@ pub struct AfterPair {
     pub error_in_sd: f64,
     /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
     pub nees: f64,
-    /// Whether the health permitted arming.
+    /// Whether the verdict permitted arming.
     pub armed: bool,
     /// Estimated vibration of `R` and of `t`, rad RMS.
     pub vibration: [f64; 2],
-    /// RMS row offset with the extrinsics in use before the estimate was applied, px; NaN without a health.
+    /// RMS row offset with the extrinsics in use before the estimate was applied, px; NaN without details.
     pub in_use_px: f64,
 }
 
@@ -189,7 +189,7 @@ fn step<T: Scalar>(
     if let Some((scene, witnessed)) = witnessed {
         push_witnessed(calibrator, scene, witnessed);
     }
-    let health = calibrator.health().ok();
+    let (armed, details) = (calibrator.verdict().may_arm, calibrator.details());
     // `apply` refuses an estimate that is not locked, or is in doubt.
     let _ = calibrator.apply();
     let proposal = calibrator.proposal()?;
@@ -210,9 +210,9 @@ fn step<T: Scalar>(
         error_in_sd: over(error.rotation, proposal.sd.rotation)
             .max(over(error.translation, proposal.sd.translation)),
         nees: nees(&proposal, truth),
-        armed: health.as_ref().is_some_and(Health::may_arm),
+        armed,
         vibration: [proposal.vibration.rotation, proposal.vibration.baseline].map(T::to_f64),
-        in_use_px: health.map_or(f64::NAN, |health| health.in_use_px.to_f64()),
+        in_use_px: details.map_or(f64::NAN, |details| details.in_use_px.to_f64()),
     })
 }
 

@@ -271,12 +271,12 @@ fn replay_pair<T: Scalar, const N: usize>(
         let outcome = calibrator.push_witness(&tracked::rays_of(cameras, tracks)[..]);
         refused::note(&mut witnessed.motion, &outcome);
     }
-    let health = calibrator.health().ok();
+    let details = calibrator.details();
     if apply == Apply::Each {
-        // `apply` refuses an estimate that is not locked, or is in doubt; the health gives the reason.
+        // `apply` refuses an estimate that is not locked, or is in doubt; the verdict gives the reason.
         let _ = calibrator.apply();
     }
     log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
     log.note_counts(refused, witnessed);
-    log.check(calibrator, cameras, health.as_ref());
+    log.check(calibrator, cameras, details.as_ref());
 }

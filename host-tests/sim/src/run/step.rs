@@ -42,7 +42,7 @@ pub struct Step {
     pub running: Option<Deviation<f64>>,
     /// The running estimate after this pair.
     pub estimate: Option<Estimate>,
-    /// Calibration in use and health after this pair, if the run has noted them.
+    /// Calibration in use and verdict after this pair, if the run has noted them.
     pub checked: Option<Checked>,
 }
 

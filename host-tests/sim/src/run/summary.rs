@@ -95,7 +95,7 @@ pub struct Summary {
     pub behind_infinity: Option<f64>,
     /// Extrinsics in use after the last pair.
     pub in_use: Option<InUse>,
-    /// Whether the health over the last pair permits arming.
+    /// Whether the verdict after the last pair permits arming.
     pub armed: bool,
     /// Reasons against arming or against the estimate, and the likely cause.
     pub reasons: Vec<String>,
@@ -174,7 +174,7 @@ impl RunLog {
             depth_expected: ExpectedDepth::of(set, self)?,
             lens_yaw: fused.map(|f| f.lens_yaw.value),
             lens_yaw_sd: fused.map(|f| f.lens_yaw.sd),
-            yaw_sd: checked.and_then(|checked| checked.health).map(|health| health.yaw_sd),
+            yaw_sd: checked.and_then(|checked| checked.details).map(|details| details.yaw_sd),
             witnesses: totals.witnessed,
             behind_infinity: behind_infinity(set, self)?,
             in_use,

@@ -61,7 +61,7 @@ fn header() -> Vec<String> {
 
 fn row(pair: usize, step: &Step) -> Vec<String> {
     let Step { taken, verdict, estimate, checked, .. } = step;
-    let health = checked.and_then(|checked| checked.health);
+    let details = checked.and_then(|checked| checked.details);
     let doubt = estimate.and_then(|estimate| estimate.doubt);
     let mut row = vec![
         pair.to_string(),
@@ -70,9 +70,9 @@ fn row(pair: usize, step: &Step) -> Vec<String> {
         said(checked.map(|checked| checked.is_armed())),
         said(doubt),
         taken.to_string(),
-        said(health.map(|health| health.fit)),
-        said(health.map(|health| health.in_use_px)),
-        said(health.map(|health| health.proposed_px)),
+        said(details.map(|details| details.fit)),
+        said(details.map(|details| details.in_use_px)),
+        said(details.map(|details| details.proposed_px)),
         said(estimate.map(|estimate| estimate.sd_lens.rotation)),
         said(estimate.map(|estimate| estimate.sd_lens.translation)),
     ];

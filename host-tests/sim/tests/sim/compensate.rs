@@ -34,7 +34,7 @@ fn scenario(errors: LensErrors) -> Scenario {
     scenario
 }
 
-/// Reads the health and applies the estimate after every pair.
+/// Reads the verdict and applies the estimate after every pair.
 fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
     let config = Config::robust().with_lens_tracking(tracking);
     let cameras = scenario.scene.dataset(0, 0).unwrap().cameras().unwrap();
@@ -46,7 +46,7 @@ fn drive(scenario: &Scenario, tracking: LensTracking, seed: u64) -> Vec<After> {
             calibrator.push(&m.correspondence()).unwrap();
         }
         let outcome = calibrator.solve_pair();
-        let armed = calibrator.health().is_ok_and(|health| health.may_arm());
+        let armed = calibrator.verdict().may_arm;
         // `apply` refuses an estimate that is not locked.
         let _ = calibrator.apply();
         let proposal = calibrator.proposal();

@@ -21,7 +21,7 @@ fn scenario() -> Scenario {
     scenario
 }
 
-/// Reads the health and applies the estimate after every pair. After the first estimate is applied, both always
+/// Reads the verdict and applies the estimate after every pair. After the first estimate is applied, both always
 /// succeed.
 fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
     let cameras = frames[0].scene.dataset(0, 0).unwrap().cameras().unwrap();
@@ -35,10 +35,10 @@ fn drive(seed: u64, frames: &[ScenarioPair]) -> Calibrator<f32, 256> {
         if applied {
             let expected = if at < PARKED { Fused::Repeated } else { Fused::Added };
             assert_eq!(fused, expected, "{seed}: pair {at}");
-            let health = calibrator.health().unwrap();
-            assert!(health.may_arm(), "{seed}: pair {at}");
-            let halves = health.reasons.contains(Reason::ImageHalves);
-            assert!(!halves, "{seed}: pair {at}");
+            let verdict = calibrator.verdict();
+            assert!(verdict.rows_ok, "{seed}: pair {at}: {verdict}");
+            let halves = verdict.reasons.contains(Reason::ImageHalves);
+            assert!(!halves, "{seed}: pair {at}: {verdict}");
         }
         match calibrator.apply() {
             Ok(_) => applied = true,

@@ -53,8 +53,8 @@ type Rig = Box<Calibrator<f32, 512>>;
 fn take(calibrator: &mut Rig, pair: &ScenarioPair) -> [bool; 2] {
     // A pixel beyond the range of the lens is refused, and left out.
     let _ = calibrator.take_pair(pair.pair.matches.iter().map(Match::correspondence));
+    let armed = calibrator.verdict().may_arm;
     let _ = calibrator.apply();
-    let armed = calibrator.health().is_ok_and(|health| health.may_arm());
     [calibrator.state() == State::Locked, armed]
 }
 

@@ -46,15 +46,15 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
         }
         show(proposal);
     }
-    if let Ok(health) = calibrator.health() {
-        show(health.may_arm());
-        show(health.depth_errors(number()));
-        let reasons = health.reasons;
-        show((reasons.contains(Reason::Lens), reasons.is_empty(), reasons.bits()));
-        show(reasons.iter().next());
-        show(health);
+    if let Some(details) = calibrator.details() {
+        show(details.depth_errors(number()));
+        show(details);
     }
-    show(calibrator.health().map_err(|none| (none.cause(), none.code())));
+    let verdict = calibrator.verdict();
+    let reasons = verdict.reasons;
+    show((reasons.contains(Reason::Lens), reasons.is_empty(), reasons.bits()));
+    show(reasons.iter().next());
+    show(verdict);
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));
