@@ -111,7 +111,7 @@ pub(super) struct FlightArgs {
           value_parser = knock)]
     pub(super) knock: f64,
 
-    /// Length of the baseline, m, for the rangefinder and the predicted depth errors.
+    /// Length of the baseline, m, for the rangefinder.
     #[arg(long, default_value_t = 0.12, value_name = "M", allow_hyphen_values = true,
           value_parser = length)]
     pub(super) baseline: f32,

@@ -97,25 +97,6 @@ fn a_flight_prints_its_changes_and_its_outcome_and_plots() {
 }
 
 #[test]
-fn a_longer_baseline_halves_the_depth_errors_and_nothing_else() {
-    let folder = folder("baseline");
-    let row = |metres: &str| {
-        let (_, out, _) = run(&folder, &["flight", "--pairs", "20", "--baseline", metres]);
-        let line = out.lines().find(|line| line.contains("  locked  ")).unwrap().to_owned();
-        line.split_whitespace().map(str::to_owned).collect::<Vec<_>>()
-    };
-    let [short, long] = [row("0.1"), row("0.2")];
-    let differ: Vec<[f64; 2]> = short
-        .iter()
-        .zip(&long)
-        .filter(|(a, b)| a != b)
-        .map(|(a, b)| [a, b].map(|x| x.parse().unwrap()))
-        .collect();
-    assert_eq!(differ.len(), 4, "{short:?} {long:?}");
-    assert!(differ.iter().all(|[a, b]| (a - 2.0 * b).abs() < 0.002), "{differ:?}");
-}
-
-#[test]
 fn a_flight_with_an_invalid_option_is_refused_by_its_name() {
     let folder = folder("no_flight");
     for (option, bad) in [

@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use nalgebra::{Matrix3, Vector3};
 use rigs::data::{Dataset, TurnedView};
-use sim::run::replay;
+use sim::run::{Start, replay};
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyingRotations};
 use stereo_selfcal::{Camera, Config, Extrinsics};
 
@@ -75,7 +75,7 @@ struct Depth {
 pub fn knocked(degrees: f64) -> Result<Knocked> {
     let scene = Motorcycle::turned(degrees)?;
     let start = Extrinsics::<f32>::SIDE_BY_SIDE;
-    let log = replay(&scene.set, Config::robust(), start, |_| ())?;
+    let log = replay(&scene.set, Config::robust(), Start::Calibration(start), |_| ())?;
     let found = log.fused().context("the pair could not be fused")?.extrinsics;
     let images = StereoImages {
         images: scene.images.clone(),

@@ -125,14 +125,14 @@ fn words(cells: &[[[Cell; 3]; 3]; 2]) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use sim::run::replay;
+    use sim::run::{Start, replay};
     use sim::synth::{Scenario, ScenarioKind};
-    use stereo_selfcal::{Config, Extrinsics};
+    use stereo_selfcal::Config;
 
     fn coverage(kind: ScenarioKind, keep: impl Fn(&Match) -> bool) -> Coverage {
         let mut set = Scenario::new(kind, 6).dataset(3).unwrap();
         set.pairs.iter_mut().for_each(|pair| pair.retain(&keep));
-        let log = replay::<f32>(&set, Config::robust(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap();
+        let log = replay::<f32>(&set, Config::robust(), Start::Guess, |_| ()).unwrap();
         Coverage::of(&set, log.fused().unwrap()).unwrap()
     }
 

@@ -9,7 +9,7 @@ use std::fmt;
 use anyhow::{Context, Result};
 use rigs::data::{Dataset, Match, Meta};
 use serde::Serialize;
-use sim::run::{SCREEN_PX, offsets, replay, row_offsets_px};
+use sim::run::{SCREEN_PX, Start, offsets, replay, row_offsets_px};
 use sim::stats::{mean, median, rms};
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::{Calibration, Config, Extrinsics};
@@ -100,7 +100,7 @@ impl Scores {
         let first = candidates.first().context("a candidate")?.rig.clone();
         let seen = Dataset { meta: first.clone(), ..seen };
         let start: Extrinsics<f32> = first.extrinsics()?;
-        let log = replay(&seen, Config::robust(), start, |_| ())?;
+        let log = replay(&seen, Config::robust(), Start::Calibration(start), |_| ())?;
         let fused = log.fused();
         if let Some(fused) = fused {
             let name = if held_out {

@@ -9,9 +9,9 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::{Context, Result, bail, ensure};
 use rigs::data::{Dataset, Match, PairsFolder};
-use sim::run::{Apply, Capacity, KeptPairs, RunLog, Running, Step};
+use sim::run::{Apply, Capacity, KeptPairs, RunLog, Running, Start, Step};
 use sim::wire::Sender;
-use stereo_selfcal::{Config, Extrinsics};
+use stereo_selfcal::Config;
 
 use crate::matcher::{Matcher, MatcherConfig};
 use crate::moments::Shift;
@@ -153,8 +153,13 @@ struct Run {
 impl Run {
     fn begin(request: &Request<'_>) -> Result<Self> {
         let meta = &request.rig.meta;
-        let start: Extrinsics<f32> = meta.extrinsics()?;
-        let running = Running::new(meta, Config::robust(), start, Capacity::N2048, Apply::Never)?;
+        // Guessed intrinsics give no depth, so that rows alone decide.
+        let (start, config) = if request.rig.guessed {
+            (Start::Guess, Config::robust().with_depth_limit_px(f32::INFINITY)?)
+        } else {
+            (Start::Calibration(meta.extrinsics::<f32>()?), Config::robust())
+        };
+        let running = Running::new(meta, config, start, Capacity::N2048, Apply::Never)?;
         let set = Dataset {
             name: request.source.name.clone(),
             meta: meta.clone(),

@@ -31,7 +31,7 @@ pub enum Verdict {
     Improvable,
     /// Row offsets are a pixel or more.
     Recalibrate,
-    /// The images do not decide.
+    /// The images do not decide, or a cause is named, or the calibrator would not arm although the rows are right.
     Unknown,
 }
 
@@ -143,7 +143,21 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
     reasons.extend(doubt_in_words(fused));
     let (verdict, reason) = of_rows(before, after);
     reasons.insert(0, reason);
-    verdict
+    match &summary.verdict {
+        Some(judged) if judged.cause.is_some() => {
+            reasons.insert(
+                0,
+                format!("likely cause: {}", judged.cause.as_deref().unwrap_or_default()),
+            );
+            Verdict::Unknown
+        }
+        // The rows are right, and the core knows why the calibration is not confirmed nevertheless.
+        Some(judged) if verdict == Verdict::Good && !judged.may_arm => {
+            reasons.insert(0, judged.reasons.join(", "));
+            Verdict::Unknown
+        }
+        _ => verdict,
+    }
 }
 
 /// The doubt about an estimate, in words.
@@ -177,6 +191,12 @@ impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { verdict, reasons, summary, .. } = self;
         write!(f, "{verdict}: {}", reasons.join("; "))?;
+        if let Some(judged) = &summary.verdict {
+            let arming = if judged.may_arm { "may arm" } else { "must not arm" };
+            let px = |px: Option<f64>| px.map_or("-".into(), |px| format!("{px:.1} px"));
+            let (rows, depth) = (px(judged.rows_px), px(judged.depth_px));
+            write!(f, "; rows {rows}, depth {depth}, coverage {:.2}: {arming}", judged.coverage)?;
+        }
         if let Some((theta, t)) = summary.e_theta.zip(summary.e_t) {
             let [theta, t] = [theta, t].map(f64::to_degrees);
             let sd = |sd: Option<f64>| sd.map_or(f64::NAN, f64::to_degrees);

@@ -33,7 +33,10 @@ pub(super) fn heading(out: &mut impl Write, args: &FlightArgs, scenario: &Scenar
         "rig        {} m baseline; knock of {} deg in mid flight, {} deg RMS of vibration",
         args.baseline, args.knock, scenario.disturbance.vibration_deg
     )?;
-    writeln!(out, "preset     robust, automatic apply while locked; f32, 1/256 px on the wire\n")?;
+    writeln!(
+        out,
+        "preset     robust, automatic apply while locked, arming by rows alone; f32, 1/256 px on the wire\n"
+    )?;
     writeln!(
         out,
         "pair  {:<9}  {:>7}  {:>8}  {:>5}  {:<15}  {:<11}  {:<16}  {:<5}  what",

@@ -4,7 +4,7 @@ use anyhow::{Context, Result};
 use images::pictures::{Grey, turned};
 use rayon::prelude::*;
 use rigs::data::{Dataset, Match, TurnedView};
-use sim::run::{LensTracking, replay, row_offsets_px};
+use sim::run::{LensTracking, Start, replay, row_offsets_px};
 use sim::stats::{geometric_mean, rms};
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::geometry::metrics::Deviation;
@@ -133,7 +133,7 @@ fn quality(set: &Dataset, start: &Extrinsics<f64>) -> Result<Quality> {
         &start.rotation().matrix().cast(),
         &start.translation().into_inner().cast(),
     )?;
-    let log = replay(set, Config::robust(), start, |_| ())?;
+    let log = replay(set, Config::robust(), Start::Calibration(start), |_| ())?;
     let fused = log.fused().context("no pair could be fused")?;
     Ok(Quality {
         matches: count(matches) / count(set.pairs.len()),

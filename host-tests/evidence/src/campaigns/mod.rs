@@ -128,7 +128,8 @@ fn of_runs(campaign: &str, mut cases: Vec<Case>, request: &Request) -> Result<Ve
         for scenario in &mut scenarios {
             scenario.pairs = request.pairs.unwrap_or(scenario.pairs);
             for seeds in seeds() {
-                let config = request.lens.config();
+                // Most rigs start from a guess, which confirms no depth: arming is measured by rows.
+                let config = request.lens.config().with_depth_limit_px(f32::INFINITY)?;
                 let of = monte_carlo::runs::<f32>(scenario, config, seeds, || bar.inc(1));
                 runs.extend(of.with_context(|| name.clone())?);
             }

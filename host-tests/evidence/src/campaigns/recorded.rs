@@ -2,8 +2,8 @@
 
 use anyhow::Result;
 use rigs::data::{Dataset, TurnedView};
-use sim::run::{LensTracking, replay};
-use stereo_selfcal::{Config, Extrinsics};
+use sim::run::{LensTracking, Start, replay};
+use stereo_selfcal::Config;
 
 use super::chance::Chance;
 use super::figures::{Figure, count};
@@ -59,7 +59,7 @@ fn rows(request: &Request) -> Result<Vec<Row>> {
 fn figures(name: &str, turned: bool, config: Config) -> Result<Vec<Figure>> {
     let set = Dataset::load(&Dataset::shipped().join(name))?;
     let set = if turned { TurnedView::Top.turn(&set, TURN_DEG)? } else { set };
-    let run = replay::<f32>(&set, config, Extrinsics::SIDE_BY_SIDE, |_| ())?;
+    let run = replay::<f32>(&set, config, Start::Guess, |_| ())?;
     let summary = run.summary(&set)?;
     let locked = f64::from(u8::from(summary.state.starts_with("locked")));
     let values = [

@@ -7,7 +7,7 @@
 use evidence::rivals::literal_paper::{self, Options};
 use nalgebra::{Matrix3, Vector3};
 use rigs::data::Rays;
-use sim::run::{RunLog, replay};
+use sim::run::{RunLog, Start, replay};
 use sim::stats;
 use sim::synth::{Scene, rig};
 use stereo_selfcal::geometry::RectifyingRotations;
@@ -23,7 +23,7 @@ fn tilted() -> Extrinsics<f64> {
 
 fn run(scene: &Scene, pairs: usize, seed: u64) -> RunLog {
     let set = scene.dataset(pairs, seed).unwrap();
-    replay::<f32>(&set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap()
+    replay::<f32>(&set, Config::paper(), Start::Guess, |_| ()).unwrap()
 }
 
 #[test]

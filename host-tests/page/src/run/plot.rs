@@ -287,12 +287,12 @@ mod tests {
 
     use super::*;
     use rigs::data::in_f64;
-    use sim::run::replay;
+    use sim::run::{Start, replay};
     use sim::synth::Scene;
     use stereo_selfcal::{Config, Extrinsics};
 
     fn picture(set: &Dataset) -> String {
-        let run = replay::<f32>(set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |_| ()).unwrap();
+        let run = replay::<f32>(set, Config::paper(), Start::Guess, |_| ()).unwrap();
         svg(set, &run).unwrap()
     }
 

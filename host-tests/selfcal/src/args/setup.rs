@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use rigs::data::{Meta, Rows, WrongSign, matrix};
 use rigs::formats;
 use serde::Deserialize;
-use sim::run::{Apply, Capacity, Feed, LensTracking, RunLog, Step, replay_pairs};
+use sim::run::{Apply, Capacity, Feed, LensTracking, RunLog, Start, Step, replay_pairs};
 use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{Config, Extrinsics, Scalar};
 
@@ -39,14 +39,22 @@ pub(crate) struct Setup {
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
 
-    /// Factory extrinsics: the start of the first pairs, and in the paper preset of every pair. `identity`: R = I, t =
-    /// (-1, 0, 0); `rig`: R and t of the recording's rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any
-    /// length), such as a meta.json; OpenCV's extrinsics.yml; files or folder of any format that `selfcal import`
-    /// reads. Only R and t are read; R and t of --lens compensate do not fit, because they belong to corrected cameras
-    /// [default: rig, if it was read from files of another tool; otherwise identity, because R and t of a data set are
-    /// the reference].
-    #[arg(long, value_name = "identity|rig|FILE|DIR")]
+    /// Start of the first pairs, and in the paper preset of every pair. `guess`: R = I, t = (-1, 0, 0), whose yaw is not
+    /// known. Anything else is a calibration, whose yaw is kept until the rig changes: `rig`: R and t of the recording's
+    /// rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml;
+    /// files or folder of any format that `selfcal import` reads. Only R and t are read; R and t of --lens compensate do
+    /// not fit, because they belong to corrected cameras [default: rig, if it was read from a rig file; otherwise guess,
+    /// because R and t of a data set are the reference].
+    #[arg(long, value_name = "guess|rig|FILE|DIR")]
     initial: Option<PathBuf>,
+
+    /// Largest row offset in use at which the rig may arm, px.
+    #[arg(long, default_value_t = 1.0, value_name = "PX")]
+    rows_limit: f32,
+
+    /// Largest expected error of disparity at which the rig may arm, px; `inf` for a rig that uses rows and no depth.
+    #[arg(long, default_value_t = 2.0, value_name = "PX")]
+    depth_limit: f32,
 }
 
 /// Parameters of the calibrator.
@@ -83,21 +91,10 @@ impl Setup {
         apply: Apply,
         each: impl FnMut(&Step),
     ) -> Result<RunLog> {
-        let config = self.config();
-        let rig = feed.rig.clone();
-        let usual = Path::new(if rig.is_calibrated() { "rig" } else { "identity" });
+        let (config, rig, capacity) = (self.config()?, feed.rig.clone(), self.capacity);
+        let usual = Path::new(if rig.is_calibrated() { "rig" } else { "guess" });
         let initial = self.initial.as_deref().unwrap_or(usual);
-        if self.initial.is_none() && rig.has_reference() {
-            eprintln!(
-                "{}",
-                if rig.is_calibrated() {
-                    "starts from R and t of the rig (--initial identity starts side by side)"
-                } else {
-                    "starts side by side; R and t of the rig are the reference (--initial rig starts from them)"
-                }
-            );
-        }
-        let capacity = self.capacity;
+        eprintln!("{}", said(initial, &rig));
         match self.scalar {
             Number::F32 => {
                 replay_pairs(feed, config, start::<f32>(initial, &rig)?, capacity, apply, each)
@@ -108,24 +105,39 @@ impl Setup {
         }
     }
 
-    fn config(&self) -> Config {
+    fn config(&self) -> Result<Config> {
         let angle = match self.angle {
             Angle::Mean => Central::Mean,
             Angle::Median => Central::Median,
         };
-        match self.preset {
+        let config = match self.preset {
             Preset::Robust => self.lens.config(),
             Preset::Paper => Config::paper().with_paper(Settings::DEFAULT.with_angle(angle)),
-        }
+        };
+        Ok(config.with_depth_limit_px(self.depth_limit)?.with_rows_limit_px(self.rows_limit)?)
     }
 }
 
-fn start<T: Scalar>(initial: &Path, rig: &Meta) -> Result<Extrinsics<T>> {
-    if initial == Path::new("identity") {
-        return Ok(Extrinsics::SIDE_BY_SIDE);
+/// The rule of the start, in words.
+fn said(initial: &Path, rig: &Meta) -> String {
+    let reference = if rig.has_reference() && !rig.is_calibrated() {
+        "; R and t of the data set are the reference"
+    } else {
+        ""
+    };
+    match initial.to_str() {
+        Some("guess") => format!("start: a guess, R = I, t = (-1, 0, 0){reference}"),
+        Some("rig") => "start: R and t of the rig, a calibration".into(),
+        _ => format!("start: R and t of {}, a calibration{reference}", initial.display()),
+    }
+}
+
+fn start<T: Scalar>(initial: &Path, rig: &Meta) -> Result<Start<T>> {
+    if initial == Path::new("guess") {
+        return Ok(Start::Guess);
     }
     if initial == Path::new("rig") {
-        return rig.extrinsics();
+        return Ok(Start::Calibration(rig.extrinsics()?));
     }
     let read = || -> Result<Extrinsics<T>> {
         let (r, t) = if let Some(initial) = plain(initial) {
@@ -137,7 +149,9 @@ fn start<T: Scalar>(initial: &Path, rig: &Meta) -> Result<Extrinsics<T>> {
         };
         Ok(Extrinsics::try_new(&r.map(T::lit), &t.map(T::lit))?)
     };
-    read().with_context(|| format!("initial extrinsics from {}", initial.display()))
+    read()
+        .map(Start::Calibration)
+        .with_context(|| format!("initial extrinsics from {}", initial.display()))
 }
 
 /// `R` and `t` of a JSON file; `None` for a folder or any other file.

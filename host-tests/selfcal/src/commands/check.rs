@@ -23,7 +23,8 @@ use crate::over_images::{Ran, SourceArgs, name};
   selfcal check nightly/ --rig factory.yaml --rig calibrated/camchain.yaml --hold-out
 
 Exit status: 0 good; 10 improvable: rows within 1 px, but the estimate aligns them better; 20 recalibrate: rows 1 px
-off or more; 30 unknown: the images do not decide; 1 error.")]
+off or more; 30 unknown: the images do not decide, or the calibrator would not arm, and the reasons say why; 130 stopped
+by Ctrl-C, without a verdict; 1 error.")]
 pub(crate) struct CheckArgs {
     #[command(flatten)]
     source: SourceArgs,
@@ -40,6 +41,10 @@ pub(crate) struct CheckArgs {
 /// Runs `selfcal check`.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode> {
     let ran = args.source.run(None, None, true)?;
+    if ran.session.stopped {
+        eprintln!("stopped after {} pairs: no verdict", ran.session.pairs);
+        return Ok(ExitCode::from(130));
+    }
     let report = Report::of(&ran.session, ran.rig.guessed)?;
     let scores = args.scores(&ran)?;
     let mut out = io::stdout();

@@ -37,8 +37,9 @@ use crate::stream::Streamed;
 /// a pair's matches: the median error of depth before and after is reported, px of disparity. It needs baseline_m in
 /// meta.json.
 ///
-/// The start counts as a calibration of yaw if it is given (--initial), or if the recorded images have no distortion;
-/// meta.json may override this (factory_yaw_sd_deg, null: a guess).
+/// R and t of a data set are the reference, and the run starts from a guess. R and t of a rig file, or of --initial, are
+/// the start and a calibration, whose yaw is kept until the rig changes. meta.json may say how well the yaw of the start
+/// is known (factory_yaw_sd_deg; null: a guess). The first line says what the run starts from.
 ///
 /// A stream is a file of the bytes that a matcher sent (stereo_selfcal::link), as `selfcal record` writes it or a
 /// vehicle has logged it; damaged frames are skipped and counted. The calibrator gets the same numbers as on the

@@ -33,7 +33,7 @@ impl<T: Scalar, const N: usize> PairSolver<T, N> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::run::replay;
+    use crate::run::{Start, replay};
     use crate::synth::Scene;
 
     #[test]
@@ -54,7 +54,7 @@ mod tests {
         assert_eq!(one.solve(&set.pairs[0][..3]), None);
         assert_eq!(one.solve(&set.pairs[0]), new().solve(&set.pairs[0]));
         // In the run, the fourth pair starts from the running estimate.
-        let run = replay::<f32>(&set, Config::robust(), start, |_| ()).unwrap();
+        let run = replay::<f32>(&set, Config::robust(), Start::Guess, |_| ()).unwrap();
         let solved = run.steps()[3].solved.unwrap().extrinsics;
         assert_ne!(Some(solved), new().solve(&set.pairs[3]));
     }

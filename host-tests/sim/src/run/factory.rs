@@ -1,39 +1,51 @@
-//! Factory calibration of a run, and whether its extrinsics count as calibrated or as a guess.
+//! The start of a run: the factory calibration of its calibrator.
 
 use anyhow::Result;
 use stereo_selfcal::{Extrinsics, FactoryCalibration, Scalar};
 
 use rigs::data::Meta;
 
+/// Extrinsics that a run starts from. Nothing but the caller's word makes them a calibration.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Start<T: Scalar> {
+    /// `R = I`, `t = (-1, 0, 0)`, a guess: the rows show the yaw.
+    Guess,
+    /// Extrinsics that a calibration has measured: the estimate keeps their yaw until the rig changes.
+    Calibration(Extrinsics<T>),
+}
+
+impl<T: Scalar> Start<T> {
+    /// The extrinsics.
+    pub fn extrinsics(&self) -> Extrinsics<T> {
+        match self {
+            Self::Guess => Extrinsics::SIDE_BY_SIDE,
+            Self::Calibration(extrinsics) => *extrinsics,
+        }
+    }
+}
+
 /// The factory calibration of a run: the cameras of the rig, the extrinsics of the start, and, from the rig's file, the
 /// length of the baseline and the standard deviation of the yaw.
 ///
-/// If the file has the key of the deviation, but a value that is null or out of range, the yaw counts as a guess.
-/// Without the key, `R = I`, `t = (-1, 0, 0)` counts as a calibration if the images were recorded and then rectified,
-/// and as a guess otherwise. Any other start counts as a calibration.
+/// If the file has the key of the deviation, it decides: the yaw of the start has this deviation, or is a guess if the
+/// value is null or out of range.
 ///
 /// # Errors
 /// If the cameras are not valid.
-pub(super) fn of<T: Scalar>(rig: &Meta, start: Extrinsics<T>) -> Result<FactoryCalibration<T>> {
-    let made = FactoryCalibration::new(rig.cameras()?, start);
+pub(super) fn of<T: Scalar>(rig: &Meta, start: Start<T>) -> Result<FactoryCalibration<T>> {
+    let made = FactoryCalibration::new(rig.cameras()?, start.extrinsics());
     // A length out of range counts as unknown.
     let length = rig.baseline_m.map(f32::lit).and_then(|m| made.with_baseline_m(m).ok());
     let made = length.unwrap_or(made);
-    Ok(match rig.other.get(Meta::FACTORY_YAW_SD) {
-        Some(sd) => {
+    Ok(match (rig.other.get(Meta::FACTORY_YAW_SD), start) {
+        (Some(sd), _) => {
             let rad = sd.as_f64().map(|deg| f32::lit(deg.to_radians()));
             let with = rad.and_then(|rad| made.with_yaw_sd_rad(rad).ok());
             with.unwrap_or(made.without_yaw())
         }
-        None if start == Extrinsics::SIDE_BY_SIDE && !is_rectified(rig) => made.without_yaw(),
-        None => made,
+        (None, Start::Guess) => made.without_yaw(),
+        (None, Start::Calibration(_)) => made,
     })
-}
-
-/// Whether the images were recorded and then rectified: they have no distortion, and are not generated.
-fn is_rectified(rig: &Meta) -> bool {
-    let undistorted = rig.dist_l.iter().chain(&rig.dist_r).all(|k| *k == 0.0);
-    undistorted && rig.source != "generated"
 }
 
 #[cfg(test)]
@@ -42,18 +54,13 @@ mod tests {
     use rigs::data::Dataset;
 
     #[test]
-    fn the_identity_is_a_calibration_of_rectified_images_and_a_guess_of_others() {
-        let set = |name: &str| Dataset::load(&Dataset::shipped().join(name)).unwrap();
-        let of = |rig: &Meta, start| of::<f64>(rig, start).unwrap().yaw_sd_rad().is_some();
-        let identity = Extrinsics::SIDE_BY_SIDE;
-        let strip = |meta: &Meta| Meta { baseline_m: None, ..meta.clone() };
-        let (raw, rectified) = (set("opencv_chess_sift"), set("oak_sift"));
-        let [raw_meta, rectified_meta] = [strip(&raw.meta), strip(&rectified.meta)];
-        assert!(!of(&raw_meta, identity));
-        assert!(of(&raw_meta, raw.truth().unwrap()));
-        assert!(of(&rectified_meta, identity));
-        let mut told = rectified_meta;
+    fn only_a_start_that_is_called_a_calibration_keeps_its_yaw_unless_the_rig_says_otherwise() {
+        let meta = Dataset::load(&Dataset::shipped().join("opencv_chess_sift")).unwrap().meta;
+        let keeps = |meta: &Meta, start| of::<f64>(meta, start).unwrap().yaw_sd_rad().is_some();
+        let calibration = Start::Calibration(Extrinsics::SIDE_BY_SIDE);
+        assert_eq!([Start::Guess, calibration].map(|start| keeps(&meta, start)), [false, true]);
+        let mut told = meta;
         told.other.insert(Meta::FACTORY_YAW_SD.into(), serde_json::Value::Null);
-        assert!(!of(&told, identity));
+        assert!(!keeps(&told, calibration));
     }
 }

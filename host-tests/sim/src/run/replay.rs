@@ -10,7 +10,7 @@ use stereo_selfcal::{
 use strum::{Display, EnumMessage, EnumString, VariantArray};
 
 use super::alone::PairSolver;
-use super::factory;
+use super::factory::{self, Start};
 use super::log::RunLog;
 use super::refused::{self, CountByReason, WitnessCounts};
 use super::step::Step;
@@ -132,18 +132,16 @@ pub struct Running {
 impl Running {
     /// A run over pairs of a rig. The estimates are compared with the extrinsics of the rig, if it has any.
     ///
-    /// * `start`: factory extrinsics.
-    ///
     /// # Errors
     /// If the rig is not valid, or the number type has no such capacity.
     pub fn new<T: ReplayScalar>(
         rig: &Meta,
         config: Config,
-        start: Extrinsics<T>,
+        start: Start<T>,
         capacity: Capacity,
         apply: Apply,
     ) -> Result<Self> {
-        let factory = in_f64(&start);
+        let factory = in_f64(&start.extrinsics());
         let replayed = T::replayed(capacity)?(config, &factory::of(rig, start)?);
         let log = if rig.has_reference() {
             RunLog::new(rig.extrinsics()?, factory)
@@ -209,7 +207,7 @@ impl<'a> Feed<'a> {
 pub fn replay<T: ReplayScalar>(
     set: &Dataset,
     config: Config,
-    start: Extrinsics<T>,
+    start: Start<T>,
     each: impl FnMut(&Step),
 ) -> Result<RunLog> {
     replay_pairs(Feed::of(set)?, config, start, Capacity::N2048, Apply::Never, each)
@@ -217,7 +215,6 @@ pub fn replay<T: ReplayScalar>(
 
 /// Replays pairs through a calibrator.
 ///
-/// * `start`: factory extrinsics.
 /// * `apply`: when the estimate is applied.
 /// * `each`: called after each pair.
 ///
@@ -226,7 +223,7 @@ pub fn replay<T: ReplayScalar>(
 pub fn replay_pairs<T: ReplayScalar>(
     feed: Feed<'_>,
     config: Config,
-    start: Extrinsics<T>,
+    start: Start<T>,
     capacity: Capacity,
     apply: Apply,
     mut each: impl FnMut(&Step),

@@ -10,6 +10,7 @@ use stereo_selfcal::batch::{RayPair, row_offset};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations, so3};
 
+use super::checked::Judged;
 use super::depth_error::{
     DEPTHS_M, DepthErrors, ExpectedDepth, behind_infinity, calibration_in_use,
 };
@@ -23,9 +24,74 @@ use rigs::data::{Dataset, Match};
 /// of 1 px, as in the core for matches of little noise.
 pub const SCREEN_PX: f64 = 3.0;
 
+/// Version of the fields of [`Summary`].
+const SCHEMA: u32 = 2;
+
+/// A verdict with its numbers.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct JudgedInWords {
+    /// Row offset in use beyond that of the pair's own pose, px; `null` before the first solved pair.
+    pub rows_px: Option<f64>,
+    /// Expected error of the disparities in use, px; `null` without an estimate.
+    pub depth_px: Option<f64>,
+    /// Share of the matches that fit the calibration in use, among those that fit the pair's own pose.
+    pub coverage: f64,
+    /// Share of the image with matches that fit the pair's own pose.
+    pub image_coverage: f64,
+    /// Whether the rows are within their limit.
+    pub rows_ok: bool,
+    /// Whether the depth is within its limit.
+    pub depth_ok: bool,
+    /// Answer to an arming check.
+    pub may_arm: bool,
+    /// Whether applying the estimate is worthwhile.
+    pub should_apply: bool,
+    /// Reasons not to rely on the calibration in use, the worst first.
+    pub reasons: Vec<String>,
+    /// The likeliest mistake in rig file or matcher.
+    pub cause: Option<String>,
+}
+
+impl JudgedInWords {
+    fn of(judged: &Judged) -> Self {
+        let known = |px: f64| Some(px).filter(|px| px.is_finite());
+        Self {
+            rows_px: known(judged.rows_px),
+            depth_px: known(judged.depth_px),
+            coverage: judged.coverage,
+            image_coverage: judged.image_coverage,
+            rows_ok: judged.rows_ok,
+            depth_ok: judged.depth_ok,
+            may_arm: judged.may_arm,
+            should_apply: judged.should_apply,
+            reasons: judged.reasons.iter().map(|reason| reason.to_string()).collect(),
+            cause: judged.cause.map(|cause| cause.to_string()),
+        }
+    }
+}
+
+impl fmt::Display for JudgedInWords {
+    /// Writes two lines: rows, depth, coverage and arming; then reasons and cause, if there are any.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let px = |px: Option<f64>| px.map_or("-".into(), |px| format!("{px:.1} px"));
+        let arming = if self.may_arm { "may arm" } else { "must not arm" };
+        let (rows, depth) = (px(self.rows_px), px(self.depth_px));
+        write!(f, "rows {rows}, depth {depth}, coverage {:.2}: {arming}", self.coverage)?;
+        if self.should_apply {
+            f.write_str(", should apply")?;
+        }
+        if !self.reasons.is_empty() {
+            write!(f, "\nagainst it         {}", self.reasons.join(", "))?;
+        }
+        self.cause.as_ref().map_or(Ok(()), |cause| write!(f, "\nlikely cause       {cause}"))
+    }
+}
+
 /// The stable fields of `--json`. Angles in rad; `null` before there is an estimate.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Summary {
+    /// Version of these fields: a change of the meaning of a field, or the loss of one, changes it.
+    pub schema: u32,
     /// Pairs in the run.
     pub pairs: usize,
     /// Pairs fused.
@@ -41,6 +107,9 @@ pub struct Summary {
     /// Whether there is a reference for `R` and `t`.
     #[serde(skip)]
     pub has_reference: bool,
+    /// Whether the run starts from the reference, so that errors are distances from the start.
+    #[serde(skip)]
+    pub starts_from_reference: bool,
     /// Error of the fused baseline direction.
     pub e_t: Option<f64>,
     /// Error of the fused rotation.
@@ -95,7 +164,9 @@ pub struct Summary {
     pub behind_infinity: Option<f64>,
     /// Extrinsics in use after the last pair.
     pub in_use: Option<InUse>,
-    /// Whether the verdict after the last pair permits arming.
+    /// The verdict after the last pair, on the calibration in use before the estimate was applied.
+    pub verdict: Option<JudgedInWords>,
+    /// Whether this verdict permits arming.
     pub armed: bool,
     /// Reasons against arming or against the estimate, and the likely cause.
     pub reasons: Vec<String>,
@@ -148,6 +219,7 @@ impl RunLog {
             rms_px: rows.map(|rows| rows.rms_px[2]),
         });
         Ok(Summary {
+            schema: SCHEMA,
             pairs: totals.pairs,
             accepted: totals.accepted,
             rejected_pairs: totals.rejected,
@@ -155,6 +227,7 @@ impl RunLog {
             refused_matches: totals.refused,
             state: fused.map_or_else(|| "no estimate".into(), ToString::to_string),
             has_reference: self.truth().is_some(),
+            starts_from_reference: self.truth() == Some(self.factory()),
             e_t: error.map(|e| e.translation),
             e_theta: error.map(|e| e.rotation),
             sigma_t: sigma.map(|s| s.translation),
@@ -178,6 +251,7 @@ impl RunLog {
             witnesses: totals.witnessed,
             behind_infinity: behind_infinity(set, self)?,
             in_use,
+            verdict: checked.map(|checked| JudgedInWords::of(&checked.judged)),
             armed: checked.is_some_and(|checked| checked.is_armed()),
             reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
             locked_at: totals.locked_at,
@@ -301,14 +375,16 @@ impl fmt::Display for Summary {
                 write!(f, ", {px:.3} px with the reference")?;
             }
         }
-        Ok(())
+        self.verdict.as_ref().map_or(Ok(()), |verdict| write!(f, "\nverdict            {verdict}"))
     }
 }
 
 impl Summary {
     fn write_errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write_angle(f, "e_t", "fused baseline direction against the reference", self.e_t)?;
-        write_angle(f, "e_theta", "fused rotation against the reference", self.e_theta)?;
+        let from =
+            if self.starts_from_reference { "from the start" } else { "against the reference" };
+        write_angle(f, "e_t", &format!("fused baseline direction {from}"), self.e_t)?;
+        write_angle(f, "e_theta", &format!("fused rotation {from}"), self.e_theta)?;
         let alone = format!("pairs alone, RMS over {} of {}", self.sigma_pairs, self.pairs);
         write_angle(f, "sigma_t", &alone, self.sigma_t)?;
         write_angle(f, "sigma_theta", &alone, self.sigma_theta)?;

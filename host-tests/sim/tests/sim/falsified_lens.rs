@@ -2,9 +2,9 @@
 //! most of the error.
 
 use rigs::data::Dataset;
-use sim::run::{Apply, Capacity, Estimate, Feed, RunLog, Verdict, replay_pairs};
+use sim::run::{Apply, Capacity, Estimate, Feed, RunLog, Start, Verdict, replay_pairs};
 use stereo_selfcal::geometry::metrics::Deviation;
-use stereo_selfcal::{Config, Extrinsics, Fused, LensTracking, State};
+use stereo_selfcal::{Config, Fused, LensTracking, State};
 
 const SETS: [&str; 2] = ["opencv_chess_corners", "opencv_chess_sift"];
 
@@ -54,10 +54,16 @@ fn run_from(first: usize, name: &str, falsified: Falsified, tracking: LensTracki
     let [[fx, _, px], [_, fy, py], _] = &mut set.meta.k_r;
     (*fx, *fy, *px, *py) = (*fx * (1.0 + focal), *fy * (1.0 + focal), *px + cx, *py + cy);
     set.meta.dist_r[0] += k1;
-    let start = Extrinsics::<f32>::SIDE_BY_SIDE;
     let config = Config::robust().with_lens_tracking(tracking);
-    replay_pairs(Feed::of(&set).unwrap(), config, start, Capacity::N2048, Apply::Each, |_| ())
-        .unwrap()
+    replay_pairs(
+        Feed::of(&set).unwrap(),
+        config,
+        Start::<f32>::Guess,
+        Capacity::N2048,
+        Apply::Each,
+        |_| (),
+    )
+    .unwrap()
 }
 
 fn end(log: &RunLog) -> (Estimate, Deviation<f64>) {

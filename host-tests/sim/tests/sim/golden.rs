@@ -7,8 +7,8 @@ use std::fmt::Write;
 
 use expect_test::expect_file;
 use rigs::data::Dataset;
-use sim::run::{Step, replay};
-use stereo_selfcal::{Config, Extrinsics};
+use sim::run::{Start, Step, replay};
+use stereo_selfcal::Config;
 
 fn table(name: &str) -> String {
     let set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
@@ -16,7 +16,7 @@ fn table(name: &str) -> String {
     for (preset, config) in [("robust", Config::robust()), ("paper", Config::paper())] {
         writeln!(text, "{name}, {preset} preset, f32\npair {}", Step::HEADING).unwrap();
         let mut index = 0;
-        let run = replay::<f32>(&set, config, Extrinsics::SIDE_BY_SIDE, |step| {
+        let run = replay::<f32>(&set, config, Start::Guess, |step| {
             writeln!(text, "{index:>4} {step}").unwrap();
             index += 1;
         });

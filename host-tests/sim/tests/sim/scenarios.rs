@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 use rigs::data::{Dataset, TurnedView};
-use sim::run::replay;
+use sim::run::{Start, replay};
 use sim::synth::{
     Depth, Disturbance, LensError, LensErrors, Scenario, ScenarioKind, ScenarioPair, Scene, rig,
 };
@@ -285,7 +285,7 @@ fn step() -> Dataset {
 
 /// Errors of `R`, rad: of the single pairs, of the running estimate, and of the final estimate.
 fn errors(set: &Dataset) -> ([Vec<f64>; 2], f64) {
-    let run = replay::<f64>(set, Config::paper(), Extrinsics::SIDE_BY_SIDE, |_| {}).unwrap();
+    let run = replay::<f64>(set, Config::paper(), Start::Guess, |_| {}).unwrap();
     let single = run.steps().iter().map(|step| step.solved.unwrap().error.unwrap().rotation);
     let running = run.steps().iter().map(|step| step.running.unwrap().rotation);
     ([single.collect(), running.collect()], run.summary(set).unwrap().e_theta.unwrap())
