@@ -25,7 +25,7 @@ use crate::outcome::verdict::{Recent, Verdict};
 use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_PASSES};
+use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_STEPS};
 use estimator::Estimator;
 use step::Step;
 
@@ -93,6 +93,9 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     /// How the last pairs fitted the calibration in use, and the verdict after the last one.
     recent: Recent<T>,
     verdict: Verdict<T>,
+    /// The calibration that [`Calibrator::apply`] puts into use, as the last verdict computed it. `None` once anything
+    /// that it depends on has changed.
+    next: Option<CorrectedExtrinsics<T>>,
     pub(crate) batch: Batch<T, N>,
     pub(crate) estimator: Estimator<T>,
 }
@@ -121,6 +124,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             contradicting: [0; 2],
             recent: Recent::NONE,
             verdict: Verdict::NONE,
+            next: None,
             batch: Batch::new(),
             estimator: Estimator::new(&config, factory.yaw_sd_rad.is_some()),
         }
@@ -152,7 +156,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         match self.step {
             Step::Collecting => {}
             Step::Ended => self.discard_pair(),
-            Step::Solving | Step::Solved => return Err(PushError::Busy),
+            Step::Solving | Step::Solved | Step::Judging { .. } => return Err(PushError::Busy),
         }
         self.batch.push(&self.corrected, correspondence)
     }
@@ -173,7 +177,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Solves the batch and fuses the result in one call: calls [`Calibrator::advance_pair`] until the pair has ended.
     pub fn solve_pair(&mut self) -> Outcome<T> {
         // The limit is above the number of steps that any preset takes.
-        for _ in 0..self.config.max_passes.saturating_add(SPARE_PASSES) {
+        for _ in 0..self.config.max_passes.saturating_add(SPARE_STEPS) {
             if let Some(outcome) = self.advance_pair() {
                 return outcome;
             }
@@ -234,23 +238,28 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if self.frozen {
             return Err(ApplyError::Frozen);
         }
-        if !self.estimator.has_pairs() {
-            return Err(ApplyError::NoProposal);
-        }
-        let proposal = self.proposal();
-        let proposal = proposal.as_ref().ok_or(ApplyError::Inconsistent)?;
-        if proposal.state != State::Locked {
-            return Err(ApplyError::NotLocked(proposal.state));
-        }
-        if proposal.doubts.is_doubtful() {
-            return Err(ApplyError::Doubtful);
-        }
-        let Proposal { applicable: extrinsics, applicable_correction: correction, .. } = *proposal;
-        let applied = self.put_into_use(CorrectedExtrinsics { extrinsics, correction });
+        let next = match self.next {
+            Some(next) => next,
+            None => self.applicable()?,
+        };
+        let applied = self.put_into_use(next);
         if applied.is_ok() {
             self.recent.apply();
         }
         applied
+    }
+
+    /// Returns the calibration that [`Calibrator::apply`] puts into use.
+    ///
+    /// # Errors
+    /// [`ApplyError`].
+    #[inline(never)]
+    fn applicable(&self) -> Result<CorrectedExtrinsics<T>, ApplyError> {
+        if !self.estimator.has_pairs() {
+            return Err(ApplyError::NoProposal);
+        }
+        let proposal = self.proposal();
+        applicable_of(proposal.as_ref().ok_or(ApplyError::Inconsistent)?)
     }
 
     /// Puts the calibration that the last effective [`Calibrator::apply`] replaced back into use, and returns it. A
@@ -282,7 +291,20 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Returns whether a pair is being solved. Correspondences are refused until that pair has ended.
     pub(crate) fn is_solving(&self) -> bool {
-        matches!(self.step, Step::Solving | Step::Solved)
+        matches!(self.step, Step::Solving | Step::Solved | Step::Judging { .. })
+    }
+}
+
+/// Returns the calibration of a proposal that may be put into use.
+///
+/// # Errors
+/// [`ApplyError::NotLocked`], [`ApplyError::Doubtful`].
+fn applicable_of<T: Scalar>(proposal: &Proposal<T>) -> Result<CorrectedExtrinsics<T>, ApplyError> {
+    let Proposal { applicable: extrinsics, applicable_correction: correction, .. } = *proposal;
+    match proposal.state {
+        State::Locked if proposal.doubts.is_doubtful() => Err(ApplyError::Doubtful),
+        State::Locked => Ok(CorrectedExtrinsics { extrinsics, correction }),
+        state => Err(ApplyError::NotLocked(state)),
     }
 }
 

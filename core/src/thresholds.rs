@@ -379,6 +379,9 @@ pub(crate) const SCREEN: f64 = 3.0;
 /// three deviations of a row offset.
 pub(crate) const SCREEN_NOISES: f64 = 4.2;
 
+/// Number of matches of a pair that a verdict reads. A larger number costs time; a smaller one makes the coverage noisy.
+pub(crate) const JUDGED: usize = 128;
+
 /// Pairs in a row that must fit the calibration in use before a rig arms, and that must miss it before a rig disarms.
 /// Larger numbers arm and disarm later; with 1, a single wrong pair decides.
 pub(crate) const GOOD_IN_A_ROW: u8 = 2;

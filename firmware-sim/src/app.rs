@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 5, offered: 60, taken: 60 }));
         let (passes, pair) = finish_pair(&mut app);
         let (report, fused) = pair.outcome.unwrap();
-        assert_eq!((passes, fused), (usize::from(report.passes) + 1, Ok(Fused::Added)));
+        assert_eq!((passes, fused), (usize::from(report.passes) + 2, Ok(Fused::Added)));
         assert!(pair.verdict.rows_px > 1.0 && pair.verdict.should_apply, "{}", pair.verdict);
         assert_eq!(app.calibrator().in_use().generation, 0);
         let estimate = app.calibrator().proposal().unwrap().extrinsics;

@@ -22,7 +22,7 @@ use crate::geometry::lens_correction::RayChange;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
 use crate::scalar::Scalar;
-use crate::thresholds::TIE_PX;
+use crate::thresholds::{JUDGED, TIE_PX};
 use shift::Shift;
 
 /// Result of offering a valid correspondence to a batch.
@@ -206,7 +206,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     }
 
     /// Returns how the matcher has measured the rows, in the images or after rectification: a matcher behind a rectifier
-    /// has its grid in the rectified images. Widens the grid steps of the matches to the larger of both. Takes one pass.
+    /// has its grid in the rectified images. Widens the grid steps of the matches to the larger of both. Reads at most [`JUDGED`]
+    /// matches.
     ///
     /// * `in_use`: the calibration of the rectifier; `change`: change of the right rays to its cameras; `focal`: mean
     ///   focal length, px.
@@ -218,7 +219,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         focal: T,
     ) -> Rows<T> {
         let mut rectified = RowGrid::NONE;
-        for pair in self.pairs() {
+        let stride = self.pairs().len().div_ceil(JUDGED).max(1);
+        for pair in self.pairs().iter().step_by(stride) {
             let changed = change.map_or(*pair, |change| pair.changed(change));
             if let Some(offset) = row_offset(in_use, &changed) {
                 rectified.add(offset.abs() * focal, T::lit(TIE_PX));

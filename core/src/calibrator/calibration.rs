@@ -112,6 +112,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// changed.
     #[inline(never)]
     pub(crate) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
+        self.next = None;
         let changed = self.in_use != new;
         if changed {
             self.in_use = new;

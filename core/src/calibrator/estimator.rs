@@ -110,6 +110,11 @@ impl<T: Scalar> Estimator<T> {
         dispatch!(self, state => state.discard());
     }
 
+    /// Ends the solved pair.
+    pub(crate) fn close(&mut self) {
+        dispatch!(self, state => state.close());
+    }
+
     /// Begins to solve a batch, and takes its first pass.
     ///
     /// # Errors

@@ -1,13 +1,13 @@
-//! Steps of a pair, one per call: first the passes of the solver, then the fusion.
+//! Steps of a pair, one per call: first the passes of the solver, then the fusion, then the verdict.
 
-use super::Calibrator;
+use super::{Calibrator, applicable_of};
 use crate::batch::row_grid::Rows;
 use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::config::LensTracking;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, Outcome, PairReport};
-use crate::outcome::verdict::{Evidence, Recent, Verdict};
+use crate::outcome::verdict::{Evidence, Own, Recent, Verdict};
 use crate::scalar::Scalar;
 use crate::state::State;
 
@@ -20,15 +20,21 @@ pub(super) enum Step {
     Solving,
     /// The pair is solved; the next step fuses it.
     Solved,
+    /// The pair is fused or refused; the next step forms the verdict.
+    Judging {
+        /// Whether the pair has a solution of its own.
+        solved: bool,
+        fused: Result<Fused, Rejection>,
+    },
     /// The pair has an outcome. Only details and witnesses still read its matches.
     Ended,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Takes one step of the pair; returns the outcome once the pair has ended. The first step begins the pair with the
-    /// matches pushed so far and takes its first pass. Each further step takes one pass, and the last step fuses the
-    /// result. If [`crate::Config::with_max_passes`] allows nine passes or more, a pair takes at most three steps more
-    /// than this limit.
+    /// matches pushed so far and takes its first pass. Each further step takes one pass; the last two steps fuse the
+    /// result and form the verdict. If [`crate::Config::with_max_passes`] allows nine passes or more, a pair takes at
+    /// most four steps more than this limit.
     ///
     /// The calibration in use never changes. A rejected pair does not change the extrinsics of a confirmed estimate.
     /// After [`Rejection::Disagrees`] the standard deviations of the estimate may be larger, because the pair may show
@@ -49,7 +55,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         match self.step {
             Step::Collecting | Step::Ended => self.begin(),
             Step::Solving => self.take_pass(),
-            Step::Solved => Some(self.end()),
+            Step::Solved => self.fuse(),
+            Step::Judging { solved, fused } => Some(self.end(solved, fused)),
         }
     }
 
@@ -84,24 +91,48 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     fn take_pass(&mut self) -> Option<Outcome<T>> {
         let context = self.estimator.context(&self.config, &self.factory);
         match self.estimator.advance(&context, self.batch.pairs(), self.frozen) {
-            Ok(is_solved) => {
-                self.step = if is_solved { Step::Solved } else { Step::Solving };
-                None
-            }
-            Err(why) => Some(self.unsolved(why)),
+            Ok(is_solved) => self.step = if is_solved { Step::Solved } else { Step::Solving },
+            Err(why) => self.step = Step::Judging { solved: false, fused: Err(why) },
         }
+        None
     }
 
     #[inline(never)]
-    fn end(&mut self) -> Outcome<T> {
-        match self.report() {
-            Ok(pair) => {
-                let outcome = Outcome { pair: Some(pair), fused: self.fuse() };
-                self.judge(outcome.pair.as_ref());
-                outcome
-            }
-            Err(why) => self.unsolved(why),
+    fn fuse(&mut self) -> Option<Outcome<T>> {
+        self.step = match self.report() {
+            Ok(_) => Step::Judging { solved: true, fused: self.add() },
+            Err(why) => Step::Judging { solved: false, fused: Err(why) },
+        };
+        None
+    }
+
+    #[inline(never)]
+    fn end(&mut self, solved: bool, fused: Result<Fused, Rejection>) -> Outcome<T> {
+        let Some(own) = self.own().filter(|_| solved) else {
+            return self.unsolved(fused.err().unwrap_or(Rejection::NotBegun));
+        };
+        self.step = Step::Ended;
+        self.judge(Some(&own));
+        let pair = self.report().ok();
+        if self.frozen {
+            self.estimator.discard();
+        } else {
+            self.estimator.close();
         }
+        let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
+        if corrects && self.correct_lens() {
+            self.judge(None);
+            return Outcome { pair, fused: Ok(Fused::LensCorrected) };
+        }
+        Outcome { pair, fused }
+    }
+
+    /// Returns the pose of the solved pair alone, with its noise. A function of its own, so that the whole report is not
+    /// on the stack while the verdict is formed.
+    #[inline(never)]
+    fn own(&mut self) -> Option<Own<T>> {
+        let PairReport { extrinsics, noise_px, .. } = self.report().ok()?;
+        Some(Own { extrinsics, noise_px })
     }
 
     #[inline(never)]
@@ -128,7 +159,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// * `own`: solution of the pair alone; `None` if it could not be solved.
     #[inline(never)]
-    fn judge(&mut self, own: Option<&PairReport<T>>) {
+    fn judge(&mut self, own: Option<&Own<T>>) {
         // By reference: moving the proposal out of the option would take its stack space twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref();
@@ -147,6 +178,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             cause: self.batch.cause().or_else(of_estimate),
             likeliest: self.causes.likeliest(),
         };
+        self.next = proposal.and_then(|proposal| applicable_of(proposal).ok());
         let matches = self.batch.pairs();
         let agrees = evidence.judge(matches, own, &mut self.recent, &mut self.verdict);
         if let Some(agrees) = agrees.filter(|_| !self.frozen) {
@@ -156,14 +188,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Forgets the last pairs and their verdict.
     pub(crate) fn forget_verdict(&mut self) {
-        (self.recent, self.verdict) = (Recent::NONE, Verdict::NONE);
+        (self.recent, self.verdict, self.next) = (Recent::NONE, Verdict::NONE, None);
     }
 
+    /// Fuses the solved pair, unless the calibrator is frozen.
     #[inline(never)]
-    fn fuse(&mut self) -> Result<Fused, Rejection> {
-        self.step = Step::Ended;
+    fn add(&mut self) -> Result<Fused, Rejection> {
         if self.frozen {
-            self.estimator.discard();
             return Err(Rejection::Frozen);
         }
         let context = self.estimator.context(&self.config, &self.factory);
@@ -176,7 +207,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             _ if self.state() == State::Locked => self.causes.forget(),
             _ => {}
         }
-        let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
-        if corrects && self.correct_lens() { Ok(Fused::LensCorrected) } else { fused }
+        fused
     }
 }

@@ -58,7 +58,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`RangeError`] or [`MotionError`]; the estimate is unchanged. With [`Tracks`], [`MotionError::NoMotion`] and
     /// [`MotionError::TooFew`] are ordinary. The paper preset refuses every witness.
     pub fn push_witness<W: Witness<T>>(&mut self, witness: W) -> Result<Witnessed, W::Error> {
-        witness.add_to(self)
+        let witnessed = witness.add_to(self)?;
+        self.next = None;
+        Ok(witnessed)
     }
 }
 

@@ -209,7 +209,7 @@ impl<T: Scalar> Fusion<T> {
         report.ok_or(Rejection::Unobservable)
     }
 
-    /// Fuses the solved pair, whose batch is `matches`, and closes its association.
+    /// Fuses the solved pair, whose batch is `matches`. Its report stays until [`Self::close`].
     ///
     /// # Errors
     /// [`Rejection`]; the sums of the champion are unchanged, and the pair counts against the hypotheses that rejected
@@ -239,7 +239,6 @@ impl<T: Scalar> Fusion<T> {
                 Err(_) => add_refused(vibration, measurement, context),
             }
         }
-        association.close();
         if fused.is_ok() {
             self.scene.remember(matches, context.focal);
             self.reference.fade(context.fading(u32::MAX));
@@ -250,6 +249,11 @@ impl<T: Scalar> Fusion<T> {
             }
         }
         fused
+    }
+
+    /// Ends the solved pair.
+    pub(crate) fn close(&mut self) {
+        self.association.close();
     }
 
     /// Marks the factory yaw as refuted if the rows of the champion contradict it: the mount has turned since the

@@ -9,17 +9,17 @@ use crate::batch::correspondence::RayPair;
 use crate::batch::grid::CellSet;
 use crate::batch::row_offset::row_offset;
 use crate::config::Config;
+use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
-use crate::outcome::pair_report::PairReport;
 use crate::outcome::proposal::Proposal;
 use crate::outcome::reasons::{Reason, Reasons};
 use crate::outcome::robust_rms::SquaresBySize;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{
-    BAD_IN_A_ROW, BAD_PX, FIRST_ROW_LEVEL, GOOD_IN_A_ROW, IMPROVEMENT, MAX_UNSOLVED,
+    BAD_IN_A_ROW, BAD_PX, FIRST_ROW_LEVEL, GOOD_IN_A_ROW, IMPROVEMENT, JUDGED, MAX_UNSOLVED,
     MIN_IMAGE_COVERAGE, SCREEN, SCREEN_NOISES, SIGNIFICANT,
 };
 
@@ -163,6 +163,13 @@ impl<T: Scalar> Recent<T> {
     }
 }
 
+/// Solution of a pair alone.
+pub(crate) struct Own<T: Scalar> {
+    pub(crate) extrinsics: Extrinsics<T>,
+    /// Noise of a coordinate, px.
+    pub(crate) noise_px: T,
+}
+
 /// What a verdict is formed from, apart from the matches.
 pub(crate) struct Evidence<'a, T: Scalar> {
     pub(crate) config: &'a Config,
@@ -182,7 +189,7 @@ pub(crate) struct Evidence<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Evidence<'_, T> {
-    /// Forms the verdict when a pair ends. Takes one pass. Returns whether the estimate fits the pair; `None` if the pair
+    /// Forms the verdict when a pair ends. Returns whether the estimate fits the pair; `None` if the pair
     /// could not be solved.
     ///
     /// * `own`: solution of the pair alone; `None` if it could not be solved.
@@ -191,7 +198,7 @@ impl<T: Scalar> Evidence<'_, T> {
     pub(crate) fn judge(
         &self,
         matches: &[RayPair<T>],
-        own: Option<&PairReport<T>>,
+        own: Option<&Own<T>>,
         recent: &mut Recent<T>,
         verdict: &mut Verdict<T>,
     ) -> Option<bool> {
@@ -260,7 +267,7 @@ impl<T: Scalar> Evidence<'_, T> {
     /// Returns how the calibration in use and the estimate fit a pair. `None` if too few matches fit the pair's own
     /// pose, or if a calibration cannot be turned by the yaw of the lens.
     #[inline(never)]
-    fn fit(&self, matches: &[RayPair<T>], own: &PairReport<T>) -> Option<Fit<T>> {
+    fn fit(&self, matches: &[RayPair<T>], own: &Own<T>) -> Option<Fit<T>> {
         let next = self.proposal.map_or(*self.in_use, |proposal| CorrectedExtrinsics {
             extrinsics: proposal.applicable,
             correction: proposal.applicable_correction,
@@ -333,7 +340,7 @@ struct Sums<T> {
 }
 
 impl<T: Scalar> Sums<T> {
-    /// Takes the sums in one pass.
+    /// Takes the sums over at most [`JUDGED`] matches.
     ///
     /// * `poses`: of the pair, in use, of the estimate; `changes`: changes of the right rays from the cameras of the
     ///   batch to the cameras of the last two; `screens`: largest row offset of a match that fits the pair's own pose,
@@ -352,7 +359,8 @@ impl<T: Scalar> Sums<T> {
             nearness: T::ZERO,
             seen: CellSet::NONE,
         };
-        for pair in matches {
+        let stride = matches.len().div_ceil(JUDGED).max(1);
+        for pair in matches.iter().step_by(stride) {
             let Some(offset) = row_offset(own, pair).filter(|offset| offset.abs() <= own_screen)
             else {
                 continue;

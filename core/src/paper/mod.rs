@@ -121,18 +121,21 @@ impl<T: Scalar> Paper<T> {
         Ok(solved)
     }
 
-    /// Takes the evaluation pass, and returns the report of the pair.
+    /// Takes the evaluation pass, and returns the report of the pair. Returns it again until [`Self::close`].
     ///
     /// # Errors
     /// [`Rejection`]; there is no pair to fuse then.
     pub(crate) fn report(&mut self, matches: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
+        if let Some(report) = self.solved {
+            return Ok(report);
+        }
         let report = self.solver.as_ref().ok_or(Rejection::NotBegun)?.report(matches);
         self.solver = None;
         self.solved = report.ok();
         report
     }
 
-    /// Fuses the solved pair once.
+    /// Fuses the solved pair. Called once for a pair.
     ///
     /// # Errors
     /// [`Rejection`]; the estimate is unchanged.
@@ -142,7 +145,7 @@ impl<T: Scalar> Paper<T> {
         context: &Context<'_, T>,
         _: &[RayPair<T>],
     ) -> Result<Fused, Rejection> {
-        let report = self.solved.take().ok_or(Rejection::NotBegun)?;
+        let report = self.solved.ok_or(Rejection::NotBegun)?;
         gate::admit(context, &report)?;
         // On a copy, because the mean of pairs within the limit may exceed the limit.
         let mut fusion = self.fusion.clone();
@@ -152,6 +155,11 @@ impl<T: Scalar> Paper<T> {
         }
         self.fusion = fusion;
         Ok(Fused::Added)
+    }
+
+    /// Ends the solved pair.
+    pub(crate) fn close(&mut self) {
+        self.solved = None;
     }
 
     pub(crate) fn has_pairs(&self) -> bool {

@@ -132,9 +132,9 @@ pub(crate) const NEGLIGIBLE: f64 = 0.1;
 /// Relative change of the noise at which it has settled. A larger limit stops early; a smaller one spends passes.
 pub(crate) const SETTLED: f64 = 0.05;
 
-/// Number of passes of evaluation and comparison beyond the configured limit; this number bounds `solve_pair`. A larger
-/// number raises the bound; a smaller one cuts a pair short.
-pub(crate) const SPARE_PASSES: u16 = 8;
+/// Number of steps beyond the configured limit of passes, for evaluation, comparison, fusion and verdict; this number
+/// bounds `solve_pair`. A larger number raises the bound; a smaller one cuts a pair short.
+pub(crate) const SPARE_STEPS: u16 = 9;
 
 /// Least part of near residuals among the usable ones at a pose that is found from afar: its base value, its increase
 /// per px of noise, and its upper limit; a tracked pose needs half of it. The part increases because many outliers lie

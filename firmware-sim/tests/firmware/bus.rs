@@ -32,8 +32,8 @@ fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
         let read = std::iter::repeat_with(|| app.poll()).find(|event| *event != Ok(Event::Reading));
         assert_eq!(read, Some(Ok(Event::Frame { sequence, offered, taken: offered })));
         assert_eq!(app.calibrator().batch().pairs(), batch.pairs());
-        // Each call takes one pass; one more call fuses.
-        for _ in 0..report.passes {
+        // Each call takes one pass; two more calls fuse and judge.
+        for _ in 0..=report.passes {
             assert_eq!(app.poll(), Ok(Event::Pass));
         }
         let Ok(Event::Pair(seen)) = app.poll() else { panic!("pair {sequence} has not ended") };

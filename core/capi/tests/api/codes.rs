@@ -237,7 +237,8 @@ fn every_verdict_of_the_core_is_known() {
         Stop, selfcal_stop_t from 11000: Converged NoDescent PassesSpent;
         Fused, selfcal_fused_t from 12000: Added Repeated KeptApart Renewed TookOver LensCorrected;
         Direction, selfcal_direction_t from 15000: Pitch Yaw Roll BaselineForward BaselineDown;
-        Cause, selfcal_cause_t from 18000: Reversed Upright Transposed SameImage SmallerImages LargerImages FocalLength Lens Mismatches;
+        Cause, selfcal_cause_t from 18000: Reversed Upright Transposed SameImage SmallerImages LargerImages FocalLength Lens Mismatches
+            RowsNotMeasured Moments;
         Pushed, selfcal_pushed_t from 10000: Kept Replaced LeftOut;
         Witnessed, selfcal_witnessed_t from 19000: Taken Waiting;
     }

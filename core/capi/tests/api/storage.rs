@@ -108,7 +108,7 @@ fn a_wrong_bit_in_a_length_is_detected_where_an_access_would_leave_the_storage()
         }
         bytes(&mut cal)[at] = 0;
     }
-    assert_eq!(found, 3, "high byte of the length of the batch, lengths of the two scenes");
+    assert_eq!(found, 2, "high byte of the length of the batch, length of the scene");
     assert_eq!(get!(cal, selfcal_in_use).map(|used| used.generation), Ok(0));
 }
 

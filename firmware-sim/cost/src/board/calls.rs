@@ -4,6 +4,7 @@ use stereo_selfcal::batch::{Pushed, RayPair};
 use stereo_selfcal::depth::{MotionError, RangeError, RangeReading, Witnessed};
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyError, RectifyingRotations};
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
+use stereo_selfcal::outcome::Details;
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics,
     FactoryCalibration, Outcome, Proposal, PushError, RestoreError, Scalar,

@@ -121,7 +121,7 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
         row(format_args!("pass {name}"), "instructions/match", slope(half.second, whole.second));
         if name == "paper" {
             let [half, whole] = [&half, &whole].map(|cost| cost.calls.last.instructions);
-            row("pass judging paper", "instructions/match", slope(half, whole));
+            row("pass evaluating paper", "instructions/match", slope(half, whole));
         }
         all = all.max(&whole.calls);
     }
@@ -136,7 +136,7 @@ fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     };
     let [half, whole] = both_sizes(probe, records, || locked.clone());
     let [half_last, whole_last] = [&half, &whole].map(|cost| cost.calls.last.instructions);
-    row("pass judging robust", "instructions/match", slope(half_last, whole_last));
+    row("pass evaluating robust", "instructions/match", slope(half_last, whole_last));
     let details = [&half, &whole].map(|cost| cost.calls.details.instructions);
     row("pass details", "instructions/match", slope(details[0], details[1]));
     all.max(&whole.calls)

@@ -15,25 +15,28 @@ const MAX_CALLS: usize = 256;
 pub(crate) struct Calls {
     pub(crate) push: Sample,
     pub(crate) begin: Sample,
-    /// Calls between the first one and the last two.
+    /// Calls between the first one and the last three.
     pub(crate) advance: Sample,
-    /// The call before the last one: it takes the last pass, which evaluates the pair.
+    /// The third last call: it takes the last pass, which evaluates the pair.
     pub(crate) last: Sample,
-    /// The last call.
+    /// The call before the last one.
     pub(crate) fuse: Sample,
+    /// The last call, which forms the verdict.
+    pub(crate) judge: Sample,
     pub(crate) details: Sample,
     pub(crate) proposal: Sample,
     pub(crate) apply: Sample,
 }
 
 impl Calls {
-    pub(crate) fn named(&self) -> [(&'static str, Sample); 8] {
+    pub(crate) fn named(&self) -> [(&'static str, Sample); 9] {
         [
             ("push", self.push),
             ("advance_pair that begins", self.begin),
             ("advance_pair", self.advance),
-            ("advance_pair that judges", self.last),
+            ("advance_pair that evaluates", self.last),
             ("advance_pair that fuses", self.fuse),
+            ("advance_pair that judges", self.judge),
             ("details", self.details),
             ("proposal", self.proposal),
             ("apply", self.apply),
@@ -48,6 +51,7 @@ impl Calls {
             advance: self.advance.max(other.advance),
             last: self.last.max(other.last),
             fuse: self.fuse.max(other.fuse),
+            judge: self.judge.max(other.judge),
             details: self.details.max(other.details),
             proposal: self.proposal.max(other.proposal),
             apply: self.apply.max(other.apply),
@@ -114,13 +118,13 @@ pub(crate) fn update<T: Scalar>(probe: &Probe, calibrator: &mut CalibratorOf<T>)
             second = sample.instructions;
         }
         outcome = advanced;
-        // The last call of a solved pair fuses, the one before it takes the last pass.
-        if outcome.is_some_and(|outcome| outcome.pair.is_some()) {
-            calls.fuse = sample;
-        } else {
-            calls.advance = calls.advance.max(calls.last);
-            calls.last = sample;
-        }
+        calls.advance = calls.advance.max(calls.last);
+        (calls.last, calls.fuse, calls.judge) = (calls.fuse, calls.judge, sample);
+    }
+    if outcome.is_none_or(|outcome| outcome.pair.is_none()) {
+        // A pair without a solution ends after a pass with the verdict.
+        calls.advance = calls.advance.max(calls.last).max(calls.fuse);
+        (calls.last, calls.fuse) = Default::default();
     }
     calls.details = probe.run(|| calls::details(calibrator)).1;
     calls.proposal = probe.run(|| calls::proposal(calibrator)).1;
