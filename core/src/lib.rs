@@ -101,12 +101,13 @@
 //! | [`Calibrator::advance_pair`], the first one | 70,000 | one per pair |
 //! | [`Calibrator::advance_pair`], a pass | 120,000; in a track 34,000 | 2 in a track, in a search up to [`Config::with_max_passes`] |
 //! | [`Calibrator::advance_pair`], the last pass | 144,000 | one per pair |
-//! | [`Calibrator::advance_pair`], the fusion | 130,000 | one per pair |
-//! | [`Calibrator::details`], [`Calibrator::apply`] | 100,000, 50,000 | as needed |
+//! | [`Calibrator::advance_pair`], the fusion | 117,000 | one per pair |
+//! | [`Calibrator::advance_pair`], the verdict | 81,000 | one per pair |
+//! | [`Calibrator::details`]; [`Calibrator::apply`], after a verdict | 89,000; 2,000 | as needed |
 //!
-//! * While the estimate is locked, a frame of 1,000 matches takes 0.78 million instructions from its first byte to its
-//!   outcome: 0.48 million to decode and select, 0.30 million for the pair. While it is acquiring, the frame takes 1.69
-//!   million. A pair of mismatches alone takes 1.24 million.
+//! * While the estimate is locked, a frame of 1,000 matches takes 0.89 million instructions from its first byte to its
+//!   outcome: 0.48 million to decode and select, 0.39 million for the pair. While it is acquiring, the frame takes 1.80
+//!   million. A pair of mismatches alone takes 1.30 million.
 //! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice.
 //!   The result equals the result of [`Calibrator::solve_pair`], bit for bit.
 //! * A frame may come before the last pair is done. A driver of [`link`] then reads nothing, and the sender keeps the

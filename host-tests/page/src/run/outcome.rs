@@ -37,6 +37,16 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
         table.push(vec![Cell::text(name), value, Cell::text(unit)]);
     };
     row("state", Cell::text(&summary.state), "");
+    if let Some(verdict) = &summary.verdict {
+        let why = verdict.reasons.iter().chain(&verdict.cause);
+        let why = why.map(String::as_str).collect::<Vec<_>>().join(", ");
+        row("may arm", Cell::text(if verdict.may_arm { "yes" } else { "no" }).with_hint(&why), "");
+        row("against the calibration in use", Cell::text(why), "");
+        let px = |px| Cell::known(px, 2, "no pair was solved");
+        row("rows in use, off", px(verdict.rows_px), "px");
+        row("disparities in use, expected to be off", px(verdict.depth_px), "px");
+        row("coverage of the calibration in use", Cell::number(verdict.coverage, 2), "");
+    }
     row("pairs fused", Cell::count(summary.accepted), "");
     row("pairs", Cell::count(summary.pairs), "");
     if let Some(fused) = replayed.log.fused() {

@@ -68,6 +68,9 @@ fn config() -> Result<Config, ConfigError> {
         .with_lens_prior(black_box(LensPrior::WIDE))?
         .with_lens_tracking(tracking)
         .with_lens_yaw_sd_rad(number())?
+        .with_rows_limit_px(number())?
+        .with_depth_limit_px(number())?
+        .with_coverage_limit(number())?
         .with_memory_pairs(black_box(0))?
         .with_max_correction_rad(number())
 }

@@ -103,10 +103,10 @@ fn replay_reads_what_import_reads_and_starts_from_its_calibration_and_says_so() 
     let rig = [format!("{files}/intrinsics.yml"), format!("{files}/extrinsics.yml")];
     let replay = ["replay", &stream, "--rig", &rig[0], &rig[1], "--json"];
     let said = selfcal(&replay).ends_with(0).err;
-    assert!(said.contains("starts from R and t of the rig"), "{said}");
+    assert!(said.contains("start: R and t of the rig, a calibration"), "{said}");
     let before = |arguments: &[&str]| json(arguments)["rms_px_before"].as_f64().unwrap();
     let (from_rig, identity) =
-        (before(&replay), before(&[&replay[..], &["--initial", "identity"]].concat()));
+        (before(&replay), before(&[&replay[..], &["--initial", "guess"]].concat()));
     assert!(from_rig < 1.0 && identity > 2.0 * from_rig, "{from_rig} {identity}");
     // Lists in JSON, without the size of the images.
     let k = "[[534.1, 0, 342.0], [0, 534.1, 234.8], [0, 0, 1]]";

@@ -32,6 +32,8 @@ fn json_has_the_stable_fields_and_no_others() {
         "rms_px_after",
         "rms_pairs",
         "in_use",
+        "schema",
+        "verdict",
         "armed",
         "reasons",
         "locked_at",
@@ -68,9 +70,10 @@ fn an_applied_estimate_is_in_use_and_an_unapplied_one_has_a_reason() {
     assert_eq!(never["in_use"]["rms_px"], never["rms_px_before"]);
     assert!(never["in_use"]["e_theta"].as_f64().unwrap() > 0.06);
     assert_eq!(never["armed"], false);
-    let reasons = ["in use off by 1 px or more", "yaw not confirmed"];
-    assert_eq!(never["reasons"], serde_json::json!(reasons));
-    let applied = json(&[&run[..], &["--apply", "each"]].concat());
+    assert_eq!(never["verdict"]["should_apply"], true);
+    assert_eq!(never["reasons"][0], "in use not confirmed by the last pairs");
+    let each = ["--apply", "each", "--depth-limit", "inf"];
+    let applied = json(&[&run[..], &each].concat());
     for (in_use, estimate) in [("e_t", "e_t"), ("e_theta", "e_theta"), ("rms_px", "rms_px_after")] {
         assert_eq!(applied["in_use"][in_use], applied[estimate], "{in_use}");
     }
