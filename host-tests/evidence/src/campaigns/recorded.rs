@@ -59,7 +59,7 @@ fn rows(request: &Request) -> Result<Vec<Row>> {
 fn figures(name: &str, turned: bool, config: Config) -> Result<Vec<Figure>> {
     let set = Dataset::load(&Dataset::shipped().join(name))?;
     let set = if turned { TurnedView::Top.turn(&set, TURN_DEG)? } else { set };
-    let run = replay::<f32>(&set, config, Start::Guess, |_| ())?;
+    let run = replay::<f32>(&set, config, Start::usual(&set.meta)?, |_| ())?;
     let summary = run.summary(&set)?;
     let locked = f64::from(u8::from(summary.state.starts_with("locked")));
     let values = [

@@ -131,10 +131,11 @@ impl Turn {
         format!("{name}{}{}", said("", left), said(" right", right)).to_lowercase()
     }
 
-    /// The turned rig. Its yaw counts as a guess ([`Meta::FACTORY_YAW_SD`]).
+    /// The turned rig. No calibration has measured it, and its yaw counts as a guess ([`Meta::FACTORY_YAW_SD`]).
     pub fn meta(&self, rig: &Meta) -> Meta {
         let mut turned = rig.clone();
         turned.other.insert(Meta::FACTORY_YAW_SD.into(), serde_json::Value::Null);
+        turned.other.remove(Meta::CALIBRATED);
         self.extrinsics(&mut turned.r, &mut turned.t);
         turned
     }

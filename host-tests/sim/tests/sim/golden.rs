@@ -16,7 +16,7 @@ fn table(name: &str) -> String {
     for (preset, config) in [("robust", Config::robust()), ("paper", Config::paper())] {
         writeln!(text, "{name}, {preset} preset, f32\npair {}", Step::HEADING).unwrap();
         let mut index = 0;
-        let run = replay::<f32>(&set, config, Start::Guess, |step| {
+        let run = replay::<f32>(&set, config, Start::usual(&set.meta).unwrap(), |step| {
             writeln!(text, "{index:>4} {step}").unwrap();
             index += 1;
         });

@@ -122,7 +122,7 @@ fn replay_reads_what_import_reads_and_starts_from_its_calibration_and_says_so() 
         13
     );
     let said = selfcal(&["replay", "opencv_chess_corners"]).ends_with(0).err;
-    assert!(said.contains("--initial rig"), "{said}");
+    assert!(said.contains("start: a guess") && said.contains("are the reference"), "{said}");
 }
 
 #[test]
