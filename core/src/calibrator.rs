@@ -263,7 +263,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Puts the calibration that the last effective [`Calibrator::apply`] replaced back into use, and returns it. A
-    /// second call in a row has nothing to undo. The estimate does not change.
+    /// second call in a row has nothing to undo. The estimate does not change. The verdict forbids arming until pairs
+    /// have confirmed this calibration.
     ///
     /// # Errors
     /// [`ApplyError::NothingToUndo`], [`ApplyError::Frozen`]; nothing changes.
@@ -274,6 +275,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let before = self.before.take().ok_or(ApplyError::NothingToUndo)?;
         self.replace_in_use(before);
         self.recent = Recent::NONE;
+        self.verdict.disarm();
         Ok(self.in_use())
     }
 

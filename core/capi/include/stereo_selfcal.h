@@ -1795,7 +1795,7 @@ typedef struct selfcal_proposal_t {
 } selfcal_proposal_t;
 
 /**
- * What the last pairs say of the calibration in use. A struct of zeros is no verdict: 0 is no state, and it permits
+ * Judgement of the calibration in use by the last pairs. A struct of zeros is no verdict: 0 is no state, and it permits
  * nothing.
  */
 typedef struct selfcal_verdict_t {

@@ -154,7 +154,7 @@ impl From<Option<Cause>> for selfcal_cause_t {
     }
 }
 
-/// What the last pairs say of the calibration in use. A struct of zeros is no verdict: 0 is no state, and it permits
+/// Judgement of the calibration in use by the last pairs. A struct of zeros is no verdict: 0 is no state, and it permits
 /// nothing.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]

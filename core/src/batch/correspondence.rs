@@ -123,8 +123,8 @@ impl<T: Scalar> RayPair<T> {
         Cell::from_bits(self.tag >> SCORE_BITS)
     }
 
-    /// Returns the step of the grid that the rows lie on, px, rounded to 1/256; 0 for continuous rows. It is the step
-    /// that the matcher states, or a larger one that the rows show.
+    /// Returns the step of the grid that the rows lie on, px, rounded to 1/256; 0 for continuous rows. The rows may
+    /// show a larger step than the matcher states.
     pub fn grid_step(&self) -> T {
         T::count(self.grid_step.into()) * T::lit(1.0 / STEPS_PER_PX)
     }

@@ -22,7 +22,7 @@ pub(crate) enum Rows<T> {
 pub(super) struct RowGrid {
     matches: u32,
     tied: u32,
-    /// Number, and sum in [`STEPS_PER_PX`], of the differences that are no ties and at most [`MAX_ROW_STEP_PX`].
+    /// Number, and sum in [`STEPS_PER_PX`], of the differences above a tie and up to [`MAX_ROW_STEP_PX`].
     apart: u32,
     sum: u32,
 }

@@ -1,5 +1,5 @@
 //! The verdict after a pair: rows, depth and coverage of the calibration in use, and whether the rig may arm
-//! (`ESTIMATOR.md`, section 20).
+//! (`ESTIMATOR.md`, section 16).
 
 use core::fmt;
 
@@ -26,7 +26,7 @@ use crate::thresholds::{
 /// Number of unknowns of a pose.
 const UNKNOWNS: f64 = 5.0;
 
-/// What the last pairs say of the calibration in use. It is computed once when a pair ends, and kept until the next
+/// Judgement of the calibration in use by the last pairs. It is computed once when a pair ends, and kept until the next
 /// pair ends.
 ///
 /// `rows_px` and both coverages are of the last pair that was solved; they are infinite and 0 before the first one.
@@ -94,6 +94,12 @@ impl<T: Scalar> Verdict<T> {
         reasons: Reasons::NONE.with(Reason::NotLocked, true),
         cause: None,
     };
+
+    /// Forbids arming, because no pair has confirmed the calibration in use.
+    pub(crate) fn disarm(&mut self) {
+        self.may_arm = false;
+        self.reasons = self.reasons.with(Reason::Evidence, true);
+    }
 }
 
 impl<T: Scalar> fmt::Display for Verdict<T> {
@@ -170,7 +176,7 @@ pub(crate) struct Own<T: Scalar> {
     pub(crate) noise_px: T,
 }
 
-/// What a verdict is formed from, apart from the matches.
+/// Input of a verdict, apart from the matches.
 pub(crate) struct Evidence<'a, T: Scalar> {
     pub(crate) config: &'a Config,
     pub(crate) in_use: &'a CorrectedExtrinsics<T>,

@@ -101,7 +101,7 @@ data! {
         stop: String = name(&of.stop),
     } {}
 
-    /// What the last pairs say of the calibration in use.
+    /// Judgement of the calibration in use by the last pairs.
     #[pyclass(frozen, get_all, module = "stereo_selfcal")]
     Verdict(py: Python<'_>, of: &stereo_selfcal::Verdict<f32>) {
         rows_px: f32 = of.rows_px,

@@ -572,7 +572,7 @@ class Pair:
 
 @final
 class Verdict:
-    """What the last pairs say of the calibration in use.
+    """Judgement of the calibration in use by the last pairs.
 
     Attributes
     ----------

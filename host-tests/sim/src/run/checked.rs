@@ -24,7 +24,7 @@ pub struct Checked {
     pub error: Option<Deviation<f64>>,
     /// The verdict on the calibration in use, before the estimate was applied.
     pub judged: Judged,
-    /// The details over the pair, before the estimate was applied; `None` if the calibrator has none to report.
+    /// The details over the pair, before the estimate was applied; `None` without an estimate or a match that fits it.
     pub details: Option<Checks>,
 }
 

@@ -18,7 +18,7 @@ impl<T: Scalar> Start<T> {
     /// The usual start of a run: `R` and `t` of the rig if a calibration has measured them, otherwise a guess.
     ///
     /// # Errors
-    /// If they are not those of a rig.
+    /// If they are not valid.
     pub fn usual(rig: &Meta) -> Result<Self> {
         if rig.is_calibrated() { Ok(Self::Calibration(rig.extrinsics()?)) } else { Ok(Self::Guess) }
     }
