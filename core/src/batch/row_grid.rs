@@ -79,7 +79,9 @@ mod tests {
 
     fn after(differences: &[f32]) -> Rows<f32> {
         let mut grid = RowGrid::NONE;
-        differences.iter().for_each(|difference| grid.add(*difference, 0.0));
+        for difference in differences {
+            grid.add(*difference, 0.0);
+        }
         grid.rows()
     }
 

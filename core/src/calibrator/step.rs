@@ -108,11 +108,25 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     #[inline(never)]
     fn end(&mut self, solved: bool, fused: Result<Fused, Rejection>) -> Outcome<T> {
-        let Some(own) = self.own().filter(|_| solved) else {
+        if !solved {
             return self.unsolved(fused.err().unwrap_or(Rejection::NotBegun));
-        };
+        }
         self.step = Step::Ended;
-        self.judge(Some(&own));
+        self.judge_solved();
+        self.finish(fused)
+    }
+
+    // Out of line, so that the outcome is not on the stack while the verdict is formed.
+    #[inline(never)]
+    fn judge_solved(&mut self) {
+        let own = self.own();
+        self.judge(own.as_ref());
+    }
+
+    /// Ends a pair that was solved and judged. If its estimate begins again with a corrected lens, no pair supports the
+    /// new one yet.
+    #[inline(never)]
+    fn finish(&mut self, fused: Result<Fused, Rejection>) -> Outcome<T> {
         let pair = self.report().ok();
         if self.frozen {
             self.estimator.discard();

@@ -49,6 +49,7 @@ const UNKNOWNS: f64 = 5.0;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[expect(clippy::struct_excessive_bools, reason = "each answers a question of its own")]
 #[non_exhaustive]
 pub struct Verdict<T> {
     /// RMS row offset, px, of the calibration in use beyond that of the pair's own pose, over the matches that fit the

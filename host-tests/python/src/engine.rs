@@ -1,5 +1,6 @@
 //! The core's calibrator of any capacity, and the results of a pair.
 
+use stereo_selfcal::batch::RayPair;
 use stereo_selfcal::depth::{MotionError, Tracks, Witnessed};
 use stereo_selfcal::link::{Decoder, FrameHeader, FrameRefusal, Tracking};
 use stereo_selfcal::outcome::Details;
@@ -22,6 +23,8 @@ pub(crate) struct Outcome {
     pub(crate) proposal: Option<Proposal<f32>>,
     pub(crate) details: Option<Details<f32>>,
     pub(crate) verdict: Verdict<f32>,
+    /// Step of the grid that the rows lie on, px, stated or found: mean over the matches.
+    pub(crate) grid_step: f32,
     pub(crate) state: State,
     pub(crate) generation: u32,
 }
@@ -74,6 +77,13 @@ macro_rules! each {
 }
 pub(crate) use each;
 
+fn mean_grid_step<const N: usize>(calibrator: &Calibrator<f32, N>) -> f32 {
+    let pairs = calibrator.batch().pairs();
+    // A batch has at most 2^14 matches.
+    let count = u16::try_from(pairs.len()).unwrap_or(u16::MAX);
+    pairs.iter().map(RayPair::grid_step).sum::<f32>() / f32::from(count.max(1))
+}
+
 impl<const N: usize> Held<N> {
     fn new(config: Config, made: &FactoryCalibration<f32>, motion: bool) -> Self {
         let calibrator = Box::new(Calibrator::new(config, made));
@@ -109,6 +119,7 @@ impl<const N: usize> Held<N> {
             proposal: calibrator.proposal(),
             details: calibrator.details(),
             verdict: *calibrator.verdict(),
+            grid_step: mean_grid_step(calibrator),
             state: calibrator.state(),
             generation: calibrator.in_use().generation,
         }

@@ -166,6 +166,7 @@ data! {
             Err(why) => exception(py, why),
         }),
         pairs: u32 = of.proposal.as_ref().map_or(0, |of| of.pairs),
+        grid_step: f32 = of.grid_step,
         offered: usize = of.matches[0],
         taken: usize = of.matches[1],
         refused: usize = of.matches[2],

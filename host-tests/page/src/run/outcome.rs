@@ -46,6 +46,8 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
         row("rows in use, off", px(verdict.rows_px), "px");
         row("disparities in use, expected to be off", px(verdict.depth_px), "px");
         row("coverage of the calibration in use", Cell::number(verdict.coverage, 2), "");
+        let step = summary.grid_step_px.filter(|px| *px > 0.0);
+        row("grid of the rows, stated or found", Cell::known(step, 2, "continuous rows"), "px");
     }
     row("pairs fused", Cell::count(summary.accepted), "");
     row("pairs", Cell::count(summary.pairs), "");

@@ -707,6 +707,8 @@ class Result:
         tracks.
     pairs : int
         Number of pairs in the estimate.
+    grid_step : float
+        Step of the grid that the rows lie on, px, stated or found: mean over the matches; 0 for continuous rows.
     offered, taken, refused : int
         Matches of this pair: all, those in the batch, and those without a ray or outside the image.
     generation : int
@@ -739,6 +741,8 @@ class Result:
     def motion(self) -> str | MotionError | None: ...
     @property
     def pairs(self) -> int: ...
+    @property
+    def grid_step(self) -> float: ...
     @property
     def offered(self) -> int: ...
     @property

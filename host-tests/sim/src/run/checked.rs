@@ -24,12 +24,16 @@ pub struct Checked {
     pub error: Option<Deviation<f64>>,
     /// The verdict on the calibration in use, before the estimate was applied.
     pub judged: Judged,
+    /// Step of the grid that the rows of the pair lie on, px, stated or found: mean over its matches; 0 for continuous
+    /// rows.
+    pub grid_step_px: f64,
     /// The details over the pair, before the estimate was applied; `None` without an estimate or a match that fits it.
     pub details: Option<Checks>,
 }
 
 /// The core's [`Verdict`] in `f64`.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[expect(clippy::struct_excessive_bools, reason = "each answers a question of its own")]
 pub struct Judged {
     /// Row offset of the calibration in use beyond that of the pair's own pose, px RMS.
     pub rows_px: f64,
@@ -118,6 +122,7 @@ impl Checked {
             correction: correction(given, calibrator),
             error,
             judged: Judged::of(calibrator.verdict()),
+            grid_step_px: mean_grid_step(calibrator),
             details: details.map(checks),
         }
     }
@@ -133,6 +138,14 @@ impl Checked {
         let reasons = reasons.iter().map(|reason| reason.to_string());
         reasons.chain(cause.map(|cause| format!("likely cause: {cause}"))).collect()
     }
+}
+
+fn mean_grid_step<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> f64 {
+    let pairs = calibrator.batch().pairs();
+    let sum: f64 = pairs.iter().map(|pair| pair.grid_step().to_f64()).sum();
+    // A batch has at most 2^14 matches.
+    let count = u32::try_from(pairs.len()).unwrap_or(u32::MAX);
+    sum / f64::from(count.max(1))
 }
 
 /// Difference of the right camera in use from the given one; exactly zero if the cameras in use are the given ones.

@@ -27,4 +27,4 @@ pub use lens_tracking::LensTracking;
 pub use log::RunLog;
 pub use replay::{Apply, Capacity, Feed, ReplayScalar, Running, replay, replay_pairs};
 pub use step::{Alone, Solved, Step, Verdict};
-pub use summary::{InUse, JudgedInWords, SCREEN_PX, Summary, row_offsets_px};
+pub use summary::{InUse, JudgedInWords, Reference, SCREEN_PX, Summary, row_offsets_px};

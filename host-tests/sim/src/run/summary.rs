@@ -24,11 +24,26 @@ use rigs::data::{Dataset, Match};
 /// of 1 px, as in the core for matches of little noise.
 pub const SCREEN_PX: f64 = 3.0;
 
+/// Least step of a grid that the text names, px: a finer one is harmless.
+const NAMED_STEP_PX: f64 = 0.2;
+
 /// Version of the fields of [`Summary`].
 const SCHEMA: u32 = 2;
 
+/// What the errors of a run are measured from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Reference {
+    /// Nothing: there are no errors.
+    None,
+    /// The start of the run itself: errors are distances from the start.
+    Start,
+    /// Known extrinsics.
+    Known,
+}
+
 /// A verdict with its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[expect(clippy::struct_excessive_bools, reason = "each answers a question of its own")]
 pub struct JudgedInWords {
     /// Row offset in use beyond that of the pair's own pose, px; `null` before the first solved pair.
     pub rows_px: Option<f64>,
@@ -104,12 +119,9 @@ pub struct Summary {
     pub refused_matches: CountByReason,
     /// `no estimate`, or the state of the calibrator and the doubt about the estimate.
     pub state: String,
-    /// Whether there is a reference for `R` and `t`.
+    /// What `R` and `t` are compared with.
     #[serde(skip)]
-    pub has_reference: bool,
-    /// Whether the run starts from the reference, so that errors are distances from the start.
-    #[serde(skip)]
-    pub starts_from_reference: bool,
+    pub reference: Reference,
     /// Error of the fused baseline direction.
     pub e_t: Option<f64>,
     /// Error of the fused rotation.
@@ -164,6 +176,9 @@ pub struct Summary {
     pub behind_infinity: Option<f64>,
     /// Extrinsics in use after the last pair.
     pub in_use: Option<InUse>,
+    /// Step of the grid that the rows of the last pair lie on, px, stated or found: mean over its matches; 0 for
+    /// continuous rows.
+    pub grid_step_px: Option<f64>,
     /// The verdict after the last pair, on the calibration in use before the estimate was applied.
     pub verdict: Option<JudgedInWords>,
     /// Whether this verdict permits arming.
@@ -226,8 +241,11 @@ impl RunLog {
             matches: totals.matches,
             refused_matches: totals.refused,
             state: fused.map_or_else(|| "no estimate".into(), ToString::to_string),
-            has_reference: self.truth().is_some(),
-            starts_from_reference: self.truth() == Some(self.factory()),
+            reference: match self.truth() {
+                None => Reference::None,
+                Some(truth) if truth == self.factory() => Reference::Start,
+                Some(_) => Reference::Known,
+            },
             e_t: error.map(|e| e.translation),
             e_theta: error.map(|e| e.rotation),
             sigma_t: sigma.map(|s| s.translation),
@@ -251,6 +269,7 @@ impl RunLog {
             witnesses: totals.witnessed,
             behind_infinity: behind_infinity(set, self)?,
             in_use,
+            grid_step_px: checked.map(|checked| checked.grid_step_px),
             verdict: checked.map(|checked| JudgedInWords::of(&checked.judged)),
             armed: checked.is_some_and(|checked| checked.is_armed()),
             reasons: checked.map(|checked| checked.reasons()).unwrap_or_default(),
@@ -335,15 +354,15 @@ impl fmt::Display for Summary {
             let why = refused::in_words(&self.refused_matches);
             writeln!(f, "matches refused    {refused} of {}: {why}", self.matches)?;
         }
-        if !self.has_reference {
+        if self.reference == Reference::None {
             writeln!(f, "reference          none: no errors")?;
         }
         self.write_pose(f)?;
-        if self.has_reference {
-            self.write_errors(f)?;
-        } else {
+        if self.reference == Reference::None {
             let Self { sigma_pairs, pairs, .. } = self;
             writeln!(f, "pairs alone        {sigma_pairs} of {pairs} have an estimate")?;
+        } else {
+            self.write_errors(f)?;
         }
         // The tables in `golden` have these words.
         write_angle(f, "sd of t, claimed", "as the estimate reports", self.sd_translation)?;
@@ -375,14 +394,20 @@ impl fmt::Display for Summary {
                 write!(f, ", {px:.3} px with the reference")?;
             }
         }
+        if let Some(px) = self.grid_step_px.filter(|px| *px >= NAMED_STEP_PX) {
+            write!(f, "\ngrid of the rows   {px:.2} px, stated or found, mean over the last pair")?;
+        }
         self.verdict.as_ref().map_or(Ok(()), |verdict| write!(f, "\nverdict            {verdict}"))
     }
 }
 
 impl Summary {
     fn write_errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let from =
-            if self.starts_from_reference { "from the start" } else { "against the reference" };
+        let from = if self.reference == Reference::Start {
+            "from the start"
+        } else {
+            "against the reference"
+        };
         write_angle(f, "e_t", &format!("fused baseline direction {from}"), self.e_t)?;
         write_angle(f, "e_theta", &format!("fused rotation {from}"), self.e_theta)?;
         let alone = format!("pairs alone, RMS over {} of {}", self.sigma_pairs, self.pairs);

@@ -33,6 +33,7 @@ fn json_has_the_stable_fields_and_no_others() {
         "rms_pairs",
         "in_use",
         "schema",
+        "grid_step_px",
         "verdict",
         "armed",
         "reasons",
