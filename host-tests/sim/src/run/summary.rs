@@ -30,7 +30,7 @@ const NAMED_STEP_PX: f64 = 0.2;
 /// Version of the fields of [`Summary`].
 const SCHEMA: u32 = 2;
 
-/// What the errors of a run are measured from.
+/// Origin of the errors of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reference {
     /// Nothing: there are no errors.
@@ -119,7 +119,7 @@ pub struct Summary {
     pub refused_matches: CountByReason,
     /// `no estimate`, or the state of the calibrator and the doubt about the estimate.
     pub state: String,
-    /// What `R` and `t` are compared with.
+    /// Origin of the errors of `R` and `t`.
     #[serde(skip)]
     pub reference: Reference,
     /// Error of the fused baseline direction.
