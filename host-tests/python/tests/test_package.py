@@ -330,7 +330,7 @@ def test_texts_read_well(made: Made, locked: sc.Calibrator) -> None:
     )
     assert "no factory calibration" in repr(made.rig)
     assert repr(locked).startswith("<Calibrator locked, robust, 256 matches, <Rig")
-    assert re.match(r"<Result locked, added; t -0\.99.* sd .* rad; rows .* px in use", repr(locked.fuse(*made.pair(9))))
+    assert re.match(r"<Result locked, added; t -0\.99.* sd .* rad; rows .* px, depth .* px, coverage ", repr(locked.fuse(*made.pair(9))))
     assert repr(locked.apply()).startswith("<Calibration R 0.0")
 
 
