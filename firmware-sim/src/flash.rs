@@ -13,7 +13,7 @@ use panic_probe as _;
 use static_cell::StaticCell;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::store::{SavePolicy, Store};
-use stereo_selfcal::{Cameras, Config, Extrinsics, FactoryCalibration};
+use stereo_selfcal::{Cameras, Config, Extrinsics, FactoryCalibration, Verdict};
 
 /// Bounds on the errors of `t` and `R`, rad: about three times the errors of the host's replay.
 const BOUND: Deviation<f32> = Deviation { translation: 0.005, rotation: 0.002 };
