@@ -164,10 +164,12 @@ pub(crate) fn name(files: &[PathBuf]) -> String {
 fn stop_at_ctrl_c() {
     // Without a handler, Ctrl-C ends the command as usual.
     let _ = ctrlc::set_handler(|| {
-        if STOP.swap(true, Ordering::Relaxed) {
+        if STOP.load(Ordering::Relaxed) {
             std::process::exit(130);
         }
+        // Said first: the run may end at once when it sees the flag.
         eprintln!("stopping after the pairs in progress; press again to end at once");
+        STOP.store(true, Ordering::Relaxed);
     });
 }
 
