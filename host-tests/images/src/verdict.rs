@@ -4,7 +4,7 @@ use std::fmt;
 
 use anyhow::Result;
 use serde::Serialize;
-use sim::run::{Estimate, Summary};
+use sim::run::{Estimate, Recommendation, Summary};
 use stereo_selfcal::{Reason, State};
 
 use crate::coverage::Coverage;
@@ -21,48 +21,11 @@ const IMPROVEMENT: f64 = 0.9;
 /// Share of all matches in row with the estimate, below which the pairs count as fitting no rig.
 const IN_ROW: f64 = 0.5;
 
-/// Recommended action.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// Row offsets are below a pixel, and the estimate does not improve them clearly.
-    Good,
-    /// Row offsets are below a pixel, but the estimate improves them clearly.
-    Improvable,
-    /// Row offsets are a pixel or more.
-    Recalibrate,
-    /// The images do not decide, or a cause is named, or the calibrator would not arm although the rows are right.
-    Unknown,
-}
-
-impl Verdict {
-    /// Exit status of `selfcal check`; 1 stands for an error.
-    pub fn status(self) -> u8 {
-        match self {
-            Self::Good => 0,
-            Self::Improvable => 10,
-            Self::Recalibrate => 20,
-            Self::Unknown => 30,
-        }
-    }
-}
-
-impl fmt::Display for Verdict {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Good => "good",
-            Self::Improvable => "improvable",
-            Self::Recalibrate => "recalibrate",
-            Self::Unknown => "unknown",
-        })
-    }
-}
-
 /// A verdict with its reasons and numbers: the JSON of `selfcal check`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
     /// Recommended action.
-    pub verdict: Verdict,
+    pub verdict: Recommendation,
     /// Reasons, the worst first.
     pub reasons: Vec<String>,
     /// Whether the intrinsics are a guess.
@@ -111,25 +74,25 @@ impl Report {
     }
 }
 
-fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> Verdict {
+fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> Recommendation {
     if let Some(shift) = session.shift {
         reasons.push(format!(
             "left and right show different moments: right images moved by {} pairs fit {} matches a pair, unmoved {}",
             -shift.pairs, shift.shifted, shift.matches
         ));
-        return Verdict::Unknown;
+        return Recommendation::Unknown;
     }
     let rows = summary.rms_px_before.zip(summary.rms_px_after).zip(summary.in_row);
     let (Some(fused), Some(((before, after), [_, in_row]))) = (session.log.fused(), rows) else {
         reasons.push("no pair could be fused: too few matches, or all on one line or plane".into());
-        return Verdict::Unknown;
+        return Recommendation::Unknown;
     };
     if in_row < IN_ROW {
         let share = 100.0 * in_row;
         reasons.push(format!(
             "only {share:.0} % of the matches fit any one rig: wrong lens, or pairs mixed"
         ));
-        return Verdict::Unknown;
+        return Recommendation::Unknown;
     }
     if fused.state != State::Locked {
         let pairs = summary.pairs;
@@ -138,7 +101,7 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
             fused.state,
             if pairs == 1 { "" } else { "s" }
         ));
-        return Verdict::Unknown;
+        return Recommendation::Unknown;
     }
     reasons.extend(doubt_in_words(fused));
     let (verdict, reason) = of_rows(before, after);
@@ -149,12 +112,12 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> V
                 0,
                 format!("likely cause: {}", judged.cause.as_deref().unwrap_or_default()),
             );
-            Verdict::Unknown
+            Recommendation::Unknown
         }
         // The rows are right, and the core knows why the calibration is not confirmed nevertheless.
-        Some(judged) if verdict == Verdict::Good && !judged.may_arm => {
+        Some(judged) if verdict == Recommendation::Good && !judged.may_arm => {
             reasons.insert(0, judged.reasons.join(", "));
-            Verdict::Unknown
+            Recommendation::Unknown
         }
         _ => verdict,
     }
@@ -175,14 +138,17 @@ fn doubt_in_words(fused: &Estimate) -> Option<String> {
 }
 
 /// The verdict by the RMS row offsets in use and with the estimate, px, and its reason.
-fn of_rows(before: f64, after: f64) -> (Verdict, String) {
+fn of_rows(before: f64, after: f64) -> (Recommendation, String) {
     let both = format!("rows are {before:.2} px off, {after:.2} px with the estimate");
     if before >= BAD_PX {
-        (Verdict::Recalibrate, both)
+        (Recommendation::Recalibrate, both)
     } else if after < IMPROVEMENT * before {
-        (Verdict::Improvable, both)
+        (Recommendation::Improvable, both)
     } else {
-        (Verdict::Good, format!("rows are {before:.2} px off; the estimate does not improve them"))
+        (
+            Recommendation::Good,
+            format!("rows are {before:.2} px off; the estimate does not improve them"),
+        )
     }
 }
 

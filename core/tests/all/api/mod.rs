@@ -14,6 +14,7 @@ mod homography;
 mod judgement;
 mod lens;
 mod mistakes;
+mod moments;
 pub(crate) mod presets;
 mod robust;
 mod row_grid;
@@ -28,5 +29,5 @@ mod texts;
 #[cfg(target_env = "gnu")]
 mod traces;
 mod verdict;
-mod vibration;
+pub(crate) mod vibration;
 pub(crate) mod witness;

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::geometry::so3;
 use stereo_selfcal::{
-    Calibrator, Cause, Config, Extrinsics, Fused, LensTracking, Proposal, Reason, State,
+    Calibrator, Config, Extrinsics, Fused, LensTracking, Proposal, Reason, State,
 };
 
 use crate::api::lens::pair_of;
@@ -159,23 +159,4 @@ fn pairs_of_other_rigs_are_not_taken_for_vibration() {
         assert_eq!([vibration.rotation, vibration.baseline], [0.0; 2], "{pair}");
     }
     assert!(kept_apart >= 10, "{kept_apart}");
-}
-
-#[test]
-fn pairs_of_different_moments_never_arm_and_the_cause_is_named() {
-    // Without a common trigger, a vehicle that shakes moves the rows of each pair by some 12 px.
-    let mut named = 0;
-    for seed in 0..12 {
-        let mut calibrator: Tested = with(ROWS_ALONE);
-        for pair in 0..20 {
-            let rig = shaken(0.5, 100 * seed + pair);
-            let _ =
-                scene::take(&mut calibrator, &correspondences(&rig, 200, 0.5, 100 * seed + pair));
-            let verdict = calibrator.verdict();
-            assert!(!verdict.may_arm, "{seed}, {pair}: {verdict}");
-            let _ = calibrator.apply();
-        }
-        named += u32::from(calibrator.verdict().cause == Some(Cause::Moments));
-    }
-    assert!(named >= 10, "{named} of 12");
 }

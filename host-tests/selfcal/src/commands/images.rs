@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use crate::over_images::page;
 use anyhow::{Result, ensure};
@@ -53,13 +54,17 @@ pub(crate) struct ImagesArgs {
     #[arg(long, value_name = "FILE")]
     frames: Option<PathBuf>,
 
+    /// Exit with the status of `selfcal check`: 0 good, 10 improvable, 20 recalibrate, 30 unknown; otherwise 0.
+    #[arg(long)]
+    status: bool,
+
     /// Print only one JSON object on standard output. Angles in rad.
     #[arg(long)]
     json: bool,
 }
 
 /// Runs `selfcal images`.
-pub(crate) fn images(args: &ImagesArgs) -> Result<()> {
+pub(crate) fn images(args: &ImagesArgs) -> Result<ExitCode> {
     ensure!(
         args.source.rigs().len() <= 1,
         "--rig is given {} times: one rig is calibrated; `selfcal check` compares several",
@@ -78,10 +83,11 @@ pub(crate) fn images(args: &ImagesArgs) -> Result<()> {
     let ran = args.source.run(args.frames.as_deref(), args.out.as_deref(), args.json)?;
     let report = Report::of(&ran.session, ran.rig.guessed)?;
     let written = args.write(&ran, &report)?;
+    let status = if args.status { report.verdict.status() } else { 0 };
     let mut out = io::stdout();
     if args.json {
         writeln!(out, "{}", serde_json::to_string_pretty(&report)?)?;
-        return Ok(());
+        return Ok(status.into());
     }
     if ran.session.stopped {
         writeln!(out, "stopped after {} pairs", ran.session.pairs)?;
@@ -93,7 +99,7 @@ pub(crate) fn images(args: &ImagesArgs) -> Result<()> {
     for (what, path) in written {
         writeln!(out, "{what:<18} {}", path.display())?;
     }
-    Ok(())
+    Ok(status.into())
 }
 
 impl ImagesArgs {

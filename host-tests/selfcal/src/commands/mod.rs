@@ -33,17 +33,17 @@ pub(crate) enum Command {
 }
 
 impl Command {
-    /// Runs the command; the exit status of `check` is its verdict.
+    /// Runs the command; returns its exit status.
     ///
     /// # Errors
     /// Names the input that is wrong, or the file that cannot be written.
     pub(crate) fn run(&self) -> Result<ExitCode> {
         match self {
             #[cfg(feature = "images")]
-            Self::Images(args) => images::images(args)?,
+            Self::Images(args) => return images::images(args),
             #[cfg(feature = "images")]
             Self::Check(args) => return check::check(args),
-            Self::Replay(args) => replay::replay(args)?,
+            Self::Replay(args) => return replay::replay(args),
             Self::Import(args) => import::import(args)?,
             Self::Export(args) => export::export(args)?,
             Self::Record(args) => record::record(args)?,

@@ -2,6 +2,7 @@
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use clap::Args;
@@ -11,7 +12,7 @@ use rigs::data::depths::{self, TrueDepth};
 use rigs::data::ranges::{self, Ranges};
 use rigs::data::{Dataset, tracked};
 use sim::run::progress;
-use sim::run::{Apply, DepthErrors, Feed, KeptPairs, RunLog, Step, trace};
+use sim::run::{Apply, DepthErrors, Feed, KeptPairs, Recommendation, RunLog, Step, trace};
 
 use super::called;
 use crate::args::parse::choice;
@@ -89,6 +90,10 @@ pub(crate) struct ReplayArgs {
     #[arg(long)]
     motion: bool,
 
+    /// Exit with the status of `selfcal check`: 0 good, 10 improvable, 20 recalibrate, 30 unknown; otherwise 0.
+    #[arg(long)]
+    status: bool,
+
     /// Print only one JSON object. Angles in rad, R row-major. correction is added to the right camera (focal:
     /// relative, k1): R and t belong to the corrected cameras.
     #[arg(long)]
@@ -110,7 +115,7 @@ pub(crate) struct ReplayArgs {
 }
 
 /// Runs `selfcal replay`.
-pub(crate) fn replay(args: &ReplayArgs) -> Result<()> {
+pub(crate) fn replay(args: &ReplayArgs) -> Result<ExitCode> {
     match args.source.open()? {
         Recording::Held(set) => {
             let turned = args.source.is_turned();
@@ -132,7 +137,7 @@ impl ReplayArgs {
         set: &Dataset,
         depths: Option<&[Vec<TrueDepth>]>,
         tracks: Option<&Path>,
-    ) -> Result<()> {
+    ) -> Result<ExitCode> {
         let (name, count) = (&set.name, set.pairs.len());
         let tracks = match tracks.filter(|_| self.motion) {
             Some(place) => tracked::read(place, count)?,
@@ -148,7 +153,7 @@ impl ReplayArgs {
     }
 
     /// As [`Self::run`], over pairs that arrive one by one. All pairs are held in memory only for a page.
-    fn run_streamed(&self, stream: Streamed) -> Result<()> {
+    fn run_streamed(&self, stream: Streamed) -> Result<ExitCode> {
         if self.report.is_some() {
             return self.run(&stream.collect()?, None, None);
         }
@@ -172,7 +177,13 @@ impl ReplayArgs {
         self.ranges.as_deref().map(ranges::read).transpose().map(Option::unwrap_or_default)
     }
 
-    fn print(&self, set: &Dataset, depths: Option<&[Vec<TrueDepth>]>, log: &RunLog) -> Result<()> {
+    /// Prints the result; returns the exit status.
+    fn print(
+        &self,
+        set: &Dataset,
+        depths: Option<&[Vec<TrueDepth>]>,
+        log: &RunLog,
+    ) -> Result<ExitCode> {
         if let Some(file) = &self.trace {
             trace::write(file, log.steps())?;
         }
@@ -192,7 +203,8 @@ impl ReplayArgs {
             }
         }
         log.try_fused()?;
-        Ok(())
+        let recommended = Recommendation::of(summary.verdict.as_ref());
+        Ok(if self.status { recommended.status().into() } else { ExitCode::SUCCESS })
     }
 
     fn calibrate(&self, title: &str, feed: Feed<'_>, bar: &ProgressBar) -> Result<RunLog> {

@@ -17,7 +17,8 @@ use stereo_selfcal::{Extrinsics, Reason};
 use images::matcher::halved;
 use images::picture::Picture;
 use images::session::{BestPair, Session};
-use images::verdict::{Report, Verdict};
+use images::verdict::Report;
+use sim::run::Recommendation;
 
 use crate::commands::called;
 
@@ -54,17 +55,17 @@ pub(crate) fn write(session: &Session, report: &Report, dir: &Path) -> Result<Pa
 fn verdict(report: &Report, command: &str) -> Section {
     let mut section = Section::new("Verdict");
     match report.verdict {
-        Verdict::Good => section.text("The rig fits its calibration: keep it."),
-        Verdict::Improvable => {
+        Recommendation::Good => section.text("The rig fits its calibration: keep it."),
+        Recommendation::Improvable => {
             section.text(
                 "The rig works, and the estimate aligns its rows better: try the files in rig/, and compare them \
                  with `selfcal check --hold-out`.",
             );
         }
-        Verdict::Recalibrate => section.alarm(
+        Recommendation::Recalibrate => section.alarm(
             "The rig has moved: rows no longer align. Use the files in rig/, and check the mount of the cameras.",
         ),
-        Verdict::Unknown => section.alarm(
+        Recommendation::Unknown => section.alarm(
             "The images do not tell. The reasons below say why: take more pairs, with texture all over the image \
              and near points.",
         ),

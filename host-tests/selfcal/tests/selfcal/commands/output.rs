@@ -64,6 +64,17 @@ fn json_has_the_stable_fields_and_no_others() {
 }
 
 #[test]
+fn the_exit_status_follows_the_verdict_if_asked() {
+    let (_dir, set) = scene("near", &["--pairs", "12", "--rotation", "3,-2,1"]);
+    let run = ["replay", &set, "--json"];
+    let status = |more: &[&str]| selfcal(&[&run[..], more].concat()).ended().status;
+    assert_eq!(status(&[]), 0);
+    assert_eq!(status(&["--status"]), 20); // the rows of the guess are off
+    assert_eq!(status(&["--status", "--apply", "each"]), 30); // the yaw of a guess is not confirmed
+    assert_eq!(status(&["--status", "--apply", "each", "--depth-limit", "inf"]), 0);
+}
+
+#[test]
 fn an_applied_estimate_is_in_use_and_an_unapplied_one_has_a_reason() {
     let (_dir, set) = scene("near", &["--pairs", "12", "--rotation", "3,-2,1"]);
     let run = ["replay", &set, "--json"];
