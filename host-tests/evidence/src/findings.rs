@@ -41,6 +41,8 @@ pub(super) struct Findings<'a> {
     pub(super) few: &'a [Variant],
     pub(super) sweeps: Vec<Sweep>,
     pub(super) step_responses: Vec<(&'a Variant, StepResponse)>,
+    /// The same over rigs that drift, at each of the rates of the section.
+    pub(super) drifts: Vec<Vec<StepResponse>>,
 }
 
 impl Findings<'_> {

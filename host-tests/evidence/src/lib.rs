@@ -10,7 +10,7 @@
 //! - **A figure of campaigns**: a line of `campaigns::figures`, with its chance of `campaigns::chance`. Campaigns
 //!   name it as a column. `campaign NAME --csv FILE` has all figures.
 //! - **A section of the page**: a file of `sections`, called in `sections::all`, from measurements of `findings`:
-//!   recordings in `on_recorded`, generated scenes in `sweep`, a knock in `step_response`.
+//!   recordings in `on_recorded`, generated scenes in `sweep`, a knock and a drift in `step_response`.
 //! - **A command**: a file of `commands`, an entry of [`Command`], a test in `tests/evidence`.
 
 #![allow(clippy::doc_markdown, reason = "doc comments of arguments are the help text")]
@@ -38,6 +38,7 @@ use findings::Findings;
 use measurement::{MeasurementCounts, Runner};
 use page::report::Page;
 use rivals::{Range, Variant, all_variants};
+use step_response::Motion;
 use sweep::{Sweep, SweepAxis};
 use verdict::Outcome;
 
@@ -84,7 +85,10 @@ pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Eval
     let sweeps: Vec<Sweep> = SweepAxis::ALL.into_iter().map(sweep).collect();
     let tracking: Vec<&Variant> =
         few.iter().filter(|by| !BATCH.contains(&by.method.name())).collect();
-    let step_responses = step_response::step_responses(&runner, &tracking, request.effort.steps);
+    let following =
+        |motion| step_response::step_responses(&runner, motion, &tracking, request.effort.steps);
+    let step_responses = following(Motion::Knock);
+    let drifts = sections::DRIFTS.map(|rate| following(Motion::Drift(rate))).into();
     let step_responses = tracking.into_iter().zip(step_responses).collect();
     let counts = runner.counts();
     let findings = Findings {
@@ -96,6 +100,7 @@ pub fn evaluate(request: &Request, dir: &Path, bar: &ProgressBar) -> Result<Eval
         few: &few,
         sweeps,
         step_responses,
+        drifts,
     };
     let [ours, rivals] = findings.sides();
     let judged = verdict::cells(&rows, &ours, &rivals);

@@ -1,4 +1,4 @@
-//! Measurements on a rig that is knocked once: the running estimates, pair by pair.
+//! Measurements on a rig that is knocked once, or drifts: the running estimates, pair by pair.
 
 use anyhow::Result;
 use stereo_selfcal::geometry::metrics::Deviation;
@@ -22,9 +22,19 @@ const OUTLIERS: f64 = 0.1;
 /// Seed of the first run.
 const SEED: u64 = 9_950_000;
 
+/// Motion of the rig.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Motion {
+    /// One turn by [`TURN_DEG`] in the middle.
+    Knock,
+    /// A turn with every pair, rad, about an axis of each run.
+    Drift(f64),
+}
+
 /// One run of all methods.
 struct Run<'a> {
     seed: u64,
+    motion: Motion,
     by: &'a [&'a Variant],
 }
 
@@ -36,12 +46,15 @@ impl Measurement for Run<'_> {
     type Outcome = Vec<Vec<Option<ErrorPair>>>;
 
     fn label(&self) -> String {
-        format!("step, run {}", self.seed)
+        format!("{:?}, run {}", self.motion, self.seed)
     }
 
     fn measure(&self) -> Result<Vec<Vec<Option<ErrorPair>>>> {
-        let step = Scenario::new(ScenarioKind::Step, PAIRS);
-        let mut scenario = Scenario { turn_deg: TURN_DEG, ..step };
+        let (kind, turn_deg) = match self.motion {
+            Motion::Knock => (ScenarioKind::Step, TURN_DEG),
+            Motion::Drift(turn) => (ScenarioKind::Drift, turn.to_degrees()),
+        };
+        let mut scenario = Scenario { turn_deg, ..Scenario::new(kind, PAIRS) };
         scenario.scene.outliers = OUTLIERS;
         scenario.scene.rig = five_degrees_off();
         let frames: Vec<_> = scenario.frames(self.seed)?.collect();
@@ -59,9 +72,14 @@ impl Measurement for Run<'_> {
     }
 }
 
-/// Step responses of the methods, in their order.
-pub fn step_responses(runner: &Runner<'_>, by: &[&Variant], runs: u64) -> Vec<StepResponse> {
-    let all: Vec<Run<'_>> = (SEED..SEED + runs).map(|seed| Run { seed, by }).collect();
+/// Errors of the methods over the pairs, in their order.
+pub fn step_responses(
+    runner: &Runner<'_>,
+    motion: Motion,
+    by: &[&Variant],
+    runs: u64,
+) -> Vec<StepResponse> {
+    let all: Vec<Run<'_>> = (SEED..SEED + runs).map(|seed| Run { seed, motion, by }).collect();
     let outcomes = runner.run(&all);
     let rms = |method: usize, pair: usize| {
         let runs = || outcomes.iter().flatten().map(|run| run[method][pair]);

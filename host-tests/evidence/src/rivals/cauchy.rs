@@ -18,7 +18,7 @@ use rigs::data::Rays;
 pub(super) const CAUCHY_SD: f64 = 2.385;
 
 /// Number of halvings of the scale of an annealed loss: it starts at 64 times the final scale.
-const HALVINGS: i32 = 6;
+pub(super) const HALVINGS: i32 = 6;
 
 /// The method.
 #[derive(Debug, Clone, Copy)]

@@ -13,6 +13,8 @@ pub(super) enum Loss {
     Huber(f64),
     /// `c^2 / 2 log(1 + (e / c)^2)`, with the scale `c`.
     Cauchy(f64),
+    /// `c^2 (1 - exp(-e^2 / 2 c^2))`, with the scale `c`.
+    Welsch(f64),
 }
 
 impl Loss {
@@ -21,6 +23,7 @@ impl Loss {
             Self::Huber(c) if e.abs() <= c => e * e / 2.0,
             Self::Huber(c) => c * (e.abs() - c / 2.0),
             Self::Cauchy(c) => c * c / 2.0 * (e / c).powi(2).ln_1p(),
+            Self::Welsch(c) => -c * c * (-(e / c).powi(2) / 2.0).exp_m1(),
         }
     }
 
@@ -30,6 +33,7 @@ impl Loss {
             Self::Huber(c) if e.abs() <= c => 1.0,
             Self::Huber(c) => c / e.abs(),
             Self::Cauchy(c) => 1.0 / (1.0 + (e / c).powi(2)),
+            Self::Welsch(c) => (-(e / c).powi(2) / 2.0).exp(),
         }
     }
 }
@@ -84,7 +88,7 @@ pub(super) fn minimise(start: &Pose, rays: &[Rays], scaling: Scaling, loss: Loss
 }
 
 /// `sum w J J^T` and `sum w J e`.
-fn normal_equations(
+pub(super) fn normal_equations(
     pose: &Pose,
     rays: &[Rays],
     scaling: Scaling,

@@ -23,6 +23,7 @@ mod mueller_ukf;
 mod ours;
 mod pose;
 mod ransac;
+mod teso;
 #[cfg(test)]
 mod tests;
 mod tuning;
@@ -39,8 +40,10 @@ pub use ling_shen::LingShen;
 pub use method::{Method, Setting};
 pub use mueller_block::MuellerBlock;
 pub use mueller_ukf::MuellerUkf;
+pub(crate) use ours::CAPACITY;
 pub use ours::{Paper, Robust};
 pub use ransac::Ransac;
+pub use teso::Teso;
 pub use tuning::Tuning;
 pub use variant::{Range, Variant, all_variants, variants};
 
@@ -56,6 +59,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(LingShen),
         Box::new(MuellerUkf),
         Box::new(MuellerBlock),
+        Box::new(Teso),
         Box::new(Cauchy),
         Box::new(Ransac),
         Box::new(Bundle),

@@ -9,7 +9,7 @@ use super::method::{Method, Setting, usable};
 use rigs::data::{Rays, in_f64};
 
 /// Capacity of the calibrator; it selects matches from longer pairs.
-const CAPACITY: usize = 2048;
+pub(crate) const CAPACITY: usize = 2048;
 
 /// Largest distance of the image's border from its middle, px; pixels beyond are refused.
 const MAX_REACH: f32 = 30_000.0;

@@ -127,6 +127,9 @@ fn tunings(method: &str, range: Range) -> Vec<Tuning> {
             &[PREFILTERED, ESTIMATED, AGILE],
             &[&[], &[AGILE], &[PREFILTERED], &[PREFILTERED, AGILE]],
         ),
+        "teso" => {
+            (&[PREFILTERED, ESTIMATED, AGILE], &[&[], &[AGILE], &[ESTIMATED], &[ESTIMATED, AGILE]])
+        }
         "hansen" => (
             &[PREFILTERED, |tuning| ESTIMATED(REJECTING(tuning)), AGILE],
             &[&[], &[REJECTING, PREFILTERED], &[PREFILTERED, AGILE]],

@@ -28,7 +28,7 @@ pub(super) fn section(findings: &Findings<'_>) -> Section {
          standard deviation above 0.12 rad, are refused. RANSAC: five points, MSAC at 3 noise deviations, the \
          same for all. Noise: methods are given 0.3 px on recordings, and the true value on generated scenes; \
          or it is estimated from the inliers of RANSAC. Process noise of a filter, for each pair and axis: \
-         1e-5 rad steady, 1e-3 rad agile. On recordings each cell shows the best of all.",
+         1e-5 rad steady, 1e-3 rad agile; the tracker teso remembers ten frames, or one if agile. On recordings each cell shows the best of all.",
         command,
     ));
     let heading = ["data set", "pairs", "matches", "wrong, %", "sd t, rad", "sd R, rad", "source"];

@@ -8,7 +8,7 @@ use page::chart::legend::Key;
 use page::chart::palette::Rgb;
 use page::report::{Entry, Table};
 
-use super::{brief, curves, knock};
+use super::{brief, curves, drift, knock};
 use crate::campaigns;
 use crate::findings::Findings;
 use crate::sweep::SweepAxis;
@@ -30,6 +30,7 @@ pub(crate) fn write(findings: &Findings<'_>, dir: &Path) -> Result<()> {
         ("published", brief::published(findings, &ours)),
         ("over-bound", brief::over_bounds(findings)),
         ("knock", knock::drawn_rows(findings)),
+        ("drift", drift::of_each_method(findings)),
     ];
     for (name, table) in tables {
         write_table(&table, name, dir)?;
@@ -51,7 +52,7 @@ fn write_table(table: &Table, name: &str, dir: &Path) -> Result<()> {
 }
 
 /// A chart with its legend, on white.
-fn alone(chart: &str, legend: &[Entry]) -> String {
+pub(crate) fn alone(chart: &str, legend: &[Entry]) -> String {
     let [width, height] = CHART;
     let rows: Vec<f64> =
         legend.iter().zip(0_u32..).map(|(_, i)| height + LEGEND * (f64::from(i) + 0.5)).collect();

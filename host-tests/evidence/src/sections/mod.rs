@@ -5,6 +5,7 @@ mod brief;
 mod compared;
 mod curves;
 mod documents;
+mod drift;
 mod knock;
 mod labels;
 
@@ -14,7 +15,9 @@ use super::measurement::MeasurementCounts;
 use crate::findings::Findings;
 use page::report::{Cell, Section, Table};
 
+pub(crate) use documents::alone;
 pub(super) use documents::write as write_documents;
+pub(super) use drift::RATES as DRIFTS;
 
 /// All sections, in the order of the page.
 pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Section> {
@@ -24,6 +27,7 @@ pub(super) fn all(findings: &Findings<'_>, counts: &MeasurementCounts) -> Vec<Se
         accuracy::section(findings),
         curves::section(findings),
         knock::section(findings),
+        drift::section(findings),
         failures(findings, counts),
     ]
 }
