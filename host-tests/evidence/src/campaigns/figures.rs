@@ -22,6 +22,9 @@ pub(crate) struct Figure {
 /// A single pair counts as solved if its error is below so many bounds.
 const NEAR: f64 = 4.0;
 
+/// A pair does not fit the extrinsics in use below this share.
+const UNFIT: f64 = 0.5;
+
 /// An error is overconfident above so many reported deviations.
 const TOO_MANY_SD: f64 = 5.0;
 
@@ -63,7 +66,7 @@ fn shared(name: &'static str, [part, whole]: [usize; 2]) -> Figure {
     Figure { name, value: part / whole, chance: Chance::Share(whole) }
 }
 
-fn quantile_of(
+pub(super) fn quantile_of(
     name: &'static str,
     share: f64,
     numbers: impl IntoIterator<Item = f64>,
@@ -187,7 +190,8 @@ impl<'a> Of<'a> {
         ]
     }
 
-    /// Shares of runs armed after 10 and 50 pairs and at the end; NaN if the runs are shorter.
+    /// Shares of runs armed after 10 and 50 pairs and at the end; NaN if the runs are shorter. Armed pairs that, like the
+    /// pair before them, fit the extrinsics in use with less than half of what fits the pair itself.
     fn armed(&self) -> Vec<Figure> {
         let after = |name, at: usize| {
             let reached: Vec<_> =
@@ -195,7 +199,16 @@ impl<'a> Of<'a> {
             let armed = reached.iter().filter(|m| m.is_some_and(|m| m.armed)).count();
             shared(name, [armed, reached.len()])
         };
-        vec![after("armed at 10", 10), after("armed at 50", 50), after("armed", self.pairs)]
+        let unfit = |m: &Option<AfterPair>| m.is_some_and(|m| m.coverage < UNFIT);
+        let armed_unfit =
+            |two: &&[Option<AfterPair>]| two.iter().all(unfit) && two[1].is_some_and(|m| m.armed);
+        let armed_unfit = self.seen.iter().flat_map(|pairs| pairs.windows(2)).filter(armed_unfit);
+        vec![
+            after("armed at 10", 10),
+            after("armed at 50", 50),
+            after("armed", self.pairs),
+            counted("armed unfit", armed_unfit.count()),
+        ]
     }
 
     /// The calibration in use at the end.
@@ -309,6 +322,7 @@ mod tests {
             error_in_sd: e_t.max(e_r) / 1e-3,
             nees: 10.0,
             armed,
+            coverage: 1.0,
             vibration: [0.0; 2],
             in_use_px: 0.5,
         }

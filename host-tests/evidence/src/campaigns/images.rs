@@ -59,6 +59,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         columns: COLUMNS,
         quick: None,
         measure,
+        chart: None,
     }]
 }
 

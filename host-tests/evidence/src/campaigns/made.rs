@@ -24,6 +24,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         columns,
         quick: None,
         measure,
+        chart: None,
     };
     let single = campaign(
         "single",

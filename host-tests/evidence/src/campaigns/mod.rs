@@ -3,6 +3,7 @@
 //! A campaign is an entry of [`all`]. `cargo evidence campaign NAME` measures it with any number of runs and prints it.
 //! `cargo evidence tables NAME` measures it as the committed table says, and writes or compares the table.
 
+mod alarms;
 mod chance;
 mod figures;
 mod images;
@@ -33,6 +34,8 @@ pub(crate) struct Campaign {
     /// Begin of the names of the cases that take seconds; `None`: all take longer.
     quick: Option<&'static str>,
     measure: Measure,
+    /// Picture of the rows, beside the table.
+    pub(crate) chart: Option<fn(&[Row]) -> String>,
 }
 
 #[derive(Clone, Copy)]
@@ -78,7 +81,13 @@ impl Request {
 
 /// All campaigns, in the order of the tables.
 pub(crate) fn all() -> Vec<Campaign> {
-    let groups = [recorded::campaigns(), made::campaigns(), real::campaigns(), images::campaigns()];
+    let groups = [
+        recorded::campaigns(),
+        alarms::campaigns(),
+        made::campaigns(),
+        real::campaigns(),
+        images::campaigns(),
+    ];
     groups.into_iter().flatten().collect()
 }
 

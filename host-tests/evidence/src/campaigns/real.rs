@@ -66,7 +66,16 @@ pub(super) fn campaigns() -> Vec<Campaign> {
 /// 24 runs of each case.
 fn real(name: &'static str, columns: &'static str, cases: Group) -> Campaign {
     let (lens, measure) = (LensTracking::Report, Measure::Runs(cases));
-    Campaign { name, trials: 24, seeds: &[1_000_000], lens, columns, quick: None, measure }
+    Campaign {
+        name,
+        trials: 24,
+        seeds: &[1_000_000],
+        lens,
+        columns,
+        quick: None,
+        measure,
+        chart: None,
+    }
 }
 
 /// The cases of some groups, whose rig is 3 to 5 degrees off.

@@ -35,6 +35,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         columns: COLUMNS,
         quick: Some(""),
         measure,
+        chart: None,
     }]
 }
 

@@ -151,7 +151,7 @@ impl Compared {
 }
 
 impl Row {
-    fn figure(&self, name: &str) -> Option<&Figure> {
+    pub(super) fn figure(&self, name: &str) -> Option<&Figure> {
         self.figures.iter().find(|figure| figure.name == name)
     }
 }
@@ -201,7 +201,16 @@ mod tests {
         let measure = super::super::Measure::Rows(|_| Ok(rows(1.0604, 0.0)));
         let lens = sim::run::LensTracking::Report;
         let columns = "e, bad";
-        Campaign { name: "c", trials: 1, seeds: &[1], lens, columns, quick: None, measure }
+        Campaign {
+            name: "c",
+            trials: 1,
+            seeds: &[1],
+            lens,
+            columns,
+            quick: None,
+            measure,
+            chart: None,
+        }
     }
 
     #[test]

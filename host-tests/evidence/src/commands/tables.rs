@@ -52,6 +52,9 @@ pub(crate) fn tables(args: &TablesArgs) -> Result<()> {
         let rows = campaign.rows(&request)?;
         if !args.check {
             Table::of(&rows, Some(&campaign.columns())).write(campaign.name, &dir)?;
+            if let Some(chart) = campaign.chart {
+                page::write(&dir.join(format!("{}.svg", campaign.name)), &chart(&rows))?;
+            }
             writeln!(out, "{}: written", campaign.name)?;
             continue;
         }

@@ -75,7 +75,7 @@ fn every_table_and_picture_is_shown_and_every_page_has_its_table() {
         let name = file.file_name().unwrap().to_str().unwrap();
         assert!(EVIDENCE.contains(&format!("(evidence/tables/{name})")), "{name}");
     }
-    assert_eq!(files("svg").len(), 4);
+    assert_eq!(files("svg").len(), 5);
     assert!(EVIDENCE.lines().count() <= 150);
 }
 

@@ -9,7 +9,7 @@ use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, Extrinsics, FactoryCalibration, Fused, Intrinsics, Lens,
-    Proposal, Scalar, State,
+    Proposal, Scalar, State, Verdict,
 };
 
 use crate::bounds::{cramer_rao, try_joint_fit};
@@ -48,6 +48,8 @@ pub struct AfterPair {
     pub nees: f64,
     /// Whether the verdict permitted arming.
     pub armed: bool,
+    /// Share of the matches that fit the extrinsics in use, among those that fit the pair's own pose.
+    pub coverage: f64,
     /// Estimated vibration of `R` and of `t`, rad RMS.
     pub vibration: [f64; 2],
     /// RMS row offset with the extrinsics in use before the estimate was applied, px; NaN without details.
@@ -189,7 +191,8 @@ fn step<T: Scalar>(
     if let Some((scene, witnessed)) = witnessed {
         push_witnessed(calibrator, scene, witnessed);
     }
-    let (armed, details) = (calibrator.verdict().may_arm, calibrator.details());
+    let Verdict { may_arm: armed, coverage, .. } = *calibrator.verdict();
+    let details = calibrator.details();
     // `apply` refuses an estimate that is not locked, or is in doubt.
     let _ = calibrator.apply();
     let proposal = calibrator.proposal()?;
@@ -211,6 +214,7 @@ fn step<T: Scalar>(
             .max(over(error.translation, proposal.sd.translation)),
         nees: nees(&proposal, truth),
         armed,
+        coverage: coverage.to_f64(),
         vibration: [proposal.vibration.rotation, proposal.vibration.baseline].map(T::to_f64),
         in_use_px: details.map_or(f64::NAN, |details| details.in_use_px.to_f64()),
     })

@@ -1,4 +1,4 @@
-//! What to do about a calibration, as a word and as an exit status.
+//! Recommended action for a calibration, as a word and as an exit status.
 
 use std::fmt;
 
