@@ -30,7 +30,7 @@ pub(crate) fn write(findings: &Findings<'_>, dir: &Path) -> Result<()> {
         ("published", brief::published(findings, &ours)),
         ("over-bound", brief::over_bounds(findings)),
         ("knock", knock::drawn_rows(findings)),
-        ("drift", drift::of_each_method(findings)),
+        ("drift-rivals", drift::of_each_method(findings)),
     ];
     for (name, table) in tables {
         write_table(&table, name, dir)?;
