@@ -9,7 +9,6 @@ mod step;
 mod witness;
 
 pub use calibration::Calibration;
-pub use witness::Witness;
 
 use crate::batch::correspondence::{Cameras, Correspondence};
 use crate::batch::{Batch, Pushed};
@@ -37,7 +36,7 @@ use step::Step;
 ///
 /// The batch holds the correspondences of one pair, which were pushed since the previous pair ended; from more than `N`
 /// it holds a selection. A pair ends with its outcome, fused or not. Its correspondences stay in the batch for
-/// [`Calibrator::details`] and [`Calibrator::push_witness`], except after [`crate::Fused::LensCorrected`]. The next
+/// [`Calibrator::details`] and [`Calibrator::push_range`], except after [`crate::Fused::LensCorrected`]. The next
 /// pushed correspondence begins a new batch.
 ///
 /// [`Calibrator::new`] is `const`. In a firmware, construct the calibrator in its static cell with

@@ -81,7 +81,7 @@
 //! | [`Rejection`] | [`Calibrator::solve_pair`], in [`Outcome`] | Take the next pair. `Behind`: left and right are exchanged, `t` has the wrong sign, or an image is mirrored. `CorrectionLimit` again and again: check factory values and mounting. `Frozen`: intended. |
 //! | [`ApplyError`] | [`Calibrator::apply`], [`Calibrator::undo`] | `NoProposal`, `NotLocked`: take more pairs. `Doubtful`, `Inconsistent`: look for biased matches or wrong intrinsics. `NothingToUndo`, `Frozen`: nothing to do. |
 //! | [`geometry::RectifyError`] | [`Calibration::homographies`] | Correct `alpha`, or keep the last rectification: the rig has no common view. |
-//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_witness`] | `NoBaseline`: set [`FactoryCalibration::with_baseline_m`]. `Reading`, `Pixel`: drop the reading. `Contradicts` again and again: check the sensor and its scale. All others: measure again later. |
+//! | [`depth::RangeError`], [`depth::MotionError`] | [`Calibrator::push_range`], [`Calibrator::push_tracks`] | `NoBaseline`: set [`FactoryCalibration::with_baseline_m`]. `Reading`, `Pixel`: drop the reading. `Contradicts` again and again: check the sensor and its scale. All others: measure again later. |
 //! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Continue: the calibrator starts from the factory calibration. |
 //! | [`RestoreError`] | [`FactoryCalibration::from_record`], [`store::Store::load_factory`] | Calibrate the rig again, or start from [`FactoryCalibration::guess`]. |
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the calibrator has cameras of another image size. |
@@ -190,7 +190,7 @@ pub use nalgebra;
 pub use batch::correspondence::{Cameras, Correspondence};
 #[doc(hidden)]
 pub use calibrator::has_valid_lengths;
-pub use calibrator::{Calibration, Calibrator, Witness};
+pub use calibrator::{Calibration, Calibrator};
 pub use config::{Config, LensPrior, LensTracking};
 pub use error::{ApplyError, ConfigError, PushError, Rejection, RestoreError};
 pub use geometry::camera::{Camera, Intrinsics};

@@ -193,13 +193,15 @@ pub(crate) const RANGE_REACH_PX: f64 = 3.0;
 /// smaller one takes an error of the length for yaw.
 pub(crate) const BASELINE_LENGTH_SD: f64 = 0.005;
 
-/// Motion of the rig from tracked matches: largest number of matches read; number of steps; first scale of the loss in
-/// deviations, which halves at each step down to 1; largest squared residual of an inlier (three degrees of freedom, 99
-/// %); least share of inliers. Larger numbers of matches and steps cost time. Larger scales and gates let outliers in;
-/// smaller ones lose a large or noisy motion. A larger share refuses more motions.
+/// Motion of the rig from tracked matches: largest number of matches read; largest number of steps; first scale of the
+/// loss in deviations, which halves at each step down to 1; squared length of the last step in deviations; largest
+/// squared residual of an inlier (three degrees of freedom, 99 %); least share of inliers. Larger numbers of matches and
+/// steps, and a shorter last step, cost time. Larger scales and gates let outliers in; smaller ones lose a large or
+/// noisy motion. A larger share refuses more motions.
 pub(crate) const MAX_TRACKED: usize = 256;
 pub(crate) const MOTION_STEPS: usize = 16;
 pub(crate) const MOTION_SCALE: f64 = 64.0;
+pub(crate) const MOTION_SETTLED: f64 = 1e-4;
 pub(crate) const MOTION_GATE: f64 = 11.3;
 pub(crate) const MOTION_INLIERS: f64 = 0.6;
 

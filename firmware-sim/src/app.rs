@@ -29,7 +29,7 @@ pub enum Event {
         /// Number of correspondences in the batch. The batch refused the others, or did not select them.
         taken: usize,
     },
-    /// The solver took one pass over the batch.
+    /// The solver took one pass over the batch, or over the tracks.
     Pass,
     /// The pair has ended.
     Pair(PairOutcome),
@@ -42,6 +42,9 @@ pub enum Event {
     },
 }
 
+/// Effect of the tracks of a pair.
+type Motion = Result<Witnessed, MotionError>;
+
 /// Result of a pair.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PairOutcome {
@@ -50,7 +53,7 @@ pub struct PairOutcome {
     /// Verdict on the calibration in use, before the estimate was applied.
     pub verdict: Verdict<f32>,
     /// Effect of the tracks that this pair shares with an earlier one; `None` if it shares none.
-    pub motion: Option<Result<Witnessed, MotionError>>,
+    pub motion: Option<Motion>,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -58,6 +61,8 @@ enum Stage {
     Waiting,
     Received,
     Solving,
+    /// The pair has ended. Its tracks, if it has any, are being measured.
+    Solved(Outcome<f32>),
     Finished,
 }
 
@@ -88,8 +93,8 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         Self { matcher, calibrator, tracks: None, stage: Stage::Waiting, applies: false, state }
     }
 
-    /// Joins matches of two frames that have the same track, and passes them to [`Calibrator::push_witness`] in the
-    /// call that ends a pair. They measure the yaw while the rig moves.
+    /// Joins matches of two frames that have the same track, and passes them to [`Calibrator::advance_tracks`] after each
+    /// pair. They measure the yaw while the rig moves.
     #[must_use]
     pub fn tracking(self, tracks: &'a mut Tracks<f32, N>) -> Self {
         Self { tracks: Some(tracks), ..self }
@@ -117,6 +122,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
             },
             Stage::Waiting => self.receive(),
             Stage::Received | Stage::Solving => Ok(self.advance()),
+            Stage::Solved(outcome) => Ok(self.measure(outcome)),
         }
     }
 
@@ -143,12 +149,31 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// Takes the next step of the pair.
     fn advance(&mut self) -> Event {
         self.stage = Stage::Solving;
-        let Some(Outcome { pair, fused }) = self.calibrator.advance_pair() else {
+        let Some(outcome) = self.calibrator.advance_pair() else {
             return Event::Pass;
         };
+        match self.tracks.as_deref().filter(|tracks| !tracks.quads().is_empty()) {
+            None => self.finish(outcome, None),
+            Some(_) => {
+                self.stage = Stage::Solved(outcome);
+                Event::Pass
+            }
+        }
+    }
+
+    /// Takes the next step of the tracks of the pair.
+    fn measure(&mut self, outcome: Outcome<f32>) -> Event {
+        let tracks = self.tracks.as_deref_mut();
+        match tracks.map(|tracks| self.calibrator.advance_tracks(tracks)) {
+            Some(None) => Event::Pass,
+            Some(motion) => self.finish(outcome, motion),
+            None => self.finish(outcome, None),
+        }
+    }
+
+    /// Reports the pair.
+    fn finish(&mut self, Outcome { pair, fused }: Outcome<f32>, motion: Option<Motion>) -> Event {
         self.stage = Stage::Finished;
-        let tracks = self.tracks.as_deref_mut().filter(|tracks| !tracks.quads().is_empty());
-        let motion = tracks.map(|tracks| self.calibrator.push_witness(tracks));
         let verdict = *self.calibrator.verdict();
         if self.applies {
             // Refused if the estimate is not locked or is in doubt; the verdict has the reason.
@@ -174,7 +199,7 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
     /// # Errors
     /// [`RangeError`]. The estimate is unchanged.
     pub fn push_range(&mut self, reading: &RangeReading<f32>) -> Result<Witnessed, RangeError> {
-        self.calibrator.push_witness(reading)
+        self.calibrator.push_range(reading)
     }
 
     /// Puts the estimate into use and returns it, with the cameras that it belongs to: `p_r = R p_l + t`.

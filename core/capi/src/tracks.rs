@@ -14,7 +14,7 @@ use crate::pointer::Out;
 use crate::witness::selfcal_witnessed_t;
 
 /// Size of `selfcal_tracks_t` in words of 8 bytes, sufficient on every target.
-pub const SELFCAL_TRACKS_STORAGE_WORDS: usize = 3 + 66 * SELFCAL_CAPACITY / 8;
+pub const SELFCAL_TRACKS_STORAGE_WORDS: usize = 11 + 66 * SELFCAL_CAPACITY / 8;
 
 /// Size of `selfcal_tracks_t`, bytes.
 pub const SELFCAL_TRACKS_STORAGE_SIZE: usize = 8 * SELFCAL_TRACKS_STORAGE_WORDS;
@@ -101,7 +101,35 @@ pub unsafe extern "C" fn selfcal_push_tracks(
             let instance = exclusive(cal)?;
             (instance, marked::exclusive(tracks.cast::<Joined>())?, Out::optional(witnessed)?)
         };
-        out.set(instance.calibrator.push_witness(&mut joined.tracks)?.into());
+        out.set(instance.calibrator.push_tracks(&mut joined.tracks)?.into());
+        Ok(())
+    })
+}
+
+/// Takes one step of `selfcal_push_tracks`: one pass over at most 256 matches. After at most 16 steps, effect and errors
+/// equal those of `selfcal_push_tracks`, bit for bit. The next frame abandons the steps taken.
+///
+/// * `ended`: whether no further step is needed; an error ends the steps, too.
+/// * `witnessed`: effect on the estimate, written after the last step; may be null.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn selfcal_advance_tracks(
+    cal: *mut selfcal_t,
+    tracks: *mut selfcal_tracks_t,
+    ended: *mut bool,
+    witnessed: *mut selfcal_witnessed_t,
+) -> selfcal_error_t {
+    status(|| {
+        // SAFETY: the caller keeps the contract of the crate; storage is as large as `Joined`.
+        let (instance, joined, ended, out) = unsafe {
+            let instance = exclusive(cal)?;
+            let joined = marked::exclusive(tracks.cast::<Joined>())?;
+            (instance, joined, Out::checked(ended)?, Out::optional(witnessed)?)
+        };
+        let found = instance.calibrator.advance_tracks(&mut joined.tracks);
+        ended.set(found.is_some());
+        if let Some(found) = found {
+            out.set(found?.into());
+        }
         Ok(())
     })
 }

@@ -81,7 +81,7 @@ pub unsafe extern "C" fn selfcal_push_range(
         // SAFETY: the caller keeps the contract of the crate.
         let (instance, range, out) =
             unsafe { (exclusive(cal)?, read(range)?, Out::optional(witnessed)?) };
-        out.set(instance.calibrator.push_witness(&RangeReading::from(&range))?.into());
+        out.set(instance.calibrator.push_range(&RangeReading::from(&range))?.into());
         Ok(())
     })
 }
@@ -124,8 +124,8 @@ pub unsafe extern "C" fn selfcal_track(
 
 /// Adds matches that were tracked from one pair to a later pair while the rig moved by several lengths of its baseline.
 /// They separate the yaw of the mount from the apparent yaw of the lens. Call it after the end of the later pair. Up to
-/// 256 matches are read, 17 times each. A motion that contradicts the present yaw waits, as a reading of
-/// `selfcal_push_range` does.
+/// 256 matches are read, at most 16 times each; on a controller, `selfcal_advance_tracks` divides this into calls. A
+/// motion that contradicts the present yaw waits, as a reading of `selfcal_push_range` does.
 ///
 /// * `tracked`: array of `count` matches, written by `selfcal_track`.
 /// * `witnessed`: effect on the estimate; may be null.
@@ -143,7 +143,7 @@ pub unsafe extern "C" fn selfcal_push_motion(
         // SAFETY: `Tracked` has the same size and no larger alignment, and any bits are rays.
         let tracked: &[Tracked] =
             unsafe { core::slice::from_raw_parts(tracked.as_ptr().cast(), tracked.len()) };
-        out.set(instance.calibrator.push_witness(tracked)?.into());
+        out.set(instance.calibrator.push_motion(tracked)?.into());
         Ok(())
     })
 }

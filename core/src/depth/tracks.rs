@@ -1,10 +1,11 @@
 //! Joins the tracked matches of two frames by their track numbers.
 //!
 //! Each frame is joined to the same earlier frame, so that the rig can move far enough for
-//! [`Calibrator::push_witness`](crate::Calibrator::push_witness). Once more than half of the tracks of the earlier
+//! [`Calibrator::push_tracks`](crate::Calibrator::push_tracks). Once more than half of the tracks of the earlier
 //! frame are lost, a newer frame replaces it. A track is looked up by the remainder of its number modulo the capacity,
 //! without search or sorting. The tracks that the last frame shares with the earlier frame come first in the list.
 
+use super::motion::MotionFit;
 use crate::batch::correspondence::RayPair;
 use crate::scalar::Scalar;
 
@@ -13,8 +14,8 @@ use crate::scalar::Scalar;
 /// For each frame call [`Tracks::begin`], then [`Tracks::push`] for each match, then [`Tracks::end`];
 /// [`Tracking`](crate::link::Tracking) does this for the frames of a matcher. A push takes constant time.
 ///
-/// RAM: 66 bytes per track in `f32`, plus 8 bytes. [`Calibrator::push_witness`](crate::Calibrator::push_witness) reads
-/// up to 256 tracks.
+/// RAM: 66 bytes per track in `f32`, plus 72 bytes. [`Calibrator::push_tracks`](crate::Calibrator::push_tracks) reads up
+/// to 256 tracks.
 #[derive(Debug, Clone)]
 pub struct Tracks<T: Scalar, const N: usize> {
     /// Rays of each track in the earlier frame, and in the last frame that has the track.
@@ -33,6 +34,8 @@ pub struct Tracks<T: Scalar, const N: usize> {
     count: u16,
     /// Whether the present frame has ended.
     has_ended: bool,
+    /// Motion of the rig between the two frames, between two steps of its fit.
+    fit: MotionFit<T>,
 }
 
 impl<T: Scalar, const N: usize> Tracks<T, N> {
@@ -49,6 +52,7 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
             present_ids: [0; N],
             count: 0,
             has_ended: false,
+            fit: MotionFit::START,
         }
     }
 
@@ -61,6 +65,7 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
             self.renew();
         }
         (self.seen, self.count, self.has_ended) = (0, 0, false);
+        self.fit = MotionFit::START;
     }
 
     /// Adds a match of the frame, and joins it to the match of the same track in the earlier frame. If the frame itself
@@ -87,10 +92,17 @@ impl<T: Scalar, const N: usize> Tracks<T, N> {
         self.quads.get(..seen.into()).unwrap_or_default()
     }
 
+    /// Returns the fit of the motion between the two frames, and the matches that they share.
+    pub(crate) fn fit(&mut self) -> (&mut MotionFit<T>, &[[RayPair<T>; 2]]) {
+        let seen = if self.has_ended { self.seen } else { 0 };
+        (&mut self.fit, self.quads.get(..seen.into()).unwrap_or_default())
+    }
+
     /// Forgets the earlier frame. The last frame takes its place when the next frame begins, if it has ended and has
     /// tracks.
     pub fn restart(&mut self) {
         (self.held, self.seen) = (0, 0);
+        self.fit = MotionFit::START;
     }
 
     /// Returns the remainder of a track number modulo `N`; `None` if `N` is 0.

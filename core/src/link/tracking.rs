@@ -17,7 +17,7 @@ use crate::scalar::Scalar;
 /// let mut sink = Tracking { calibrator, tracks: Some(tracks) };
 /// if let Ok(ReadStatus::Frame(_)) = matcher.read(&mut sink) {
 ///     let outcome = calibrator.solve_pair();
-///     let witnessed = calibrator.push_witness(tracks); // NoMotion: the rig has not moved far enough yet
+///     let witnessed = calibrator.push_tracks(tracks); // NoMotion: the rig has not moved far enough yet
 ///     # let _ = (outcome, witnessed);
 /// }
 /// # }

@@ -49,7 +49,7 @@ pub struct Details<T> {
     /// Expected error of the yaw in use, rad: root of the sum of its squared distance from the estimate and the
     /// variance of the estimate.
     pub yaw: T,
-    /// Number of range readings ([`crate::Calibrator::push_witness`]) since the last reset that contradicted the yaw:
+    /// Number of range readings ([`crate::Calibrator::push_range`]) since the last reset that contradicted the yaw:
     /// they were refused, or they had to wait for further readings that agree. Saturates.
     pub contradicting_ranges: u16,
     /// The same number for motions of tracked matches.

@@ -221,7 +221,11 @@ pub fn run_frames(bytes: &[u8]) {
             calibrator.discard_pair();
         }
         assert!(tracks.quads().len() <= 32);
-        let _ = calibrator.push_witness(&mut tracks);
+        let _ = if act & 16 == 0 {
+            Some(calibrator.push_tracks(&mut tracks))
+        } else {
+            calibrator.advance_tracks(&mut tracks)
+        };
         if act & 4 != 0 {
             let _ = calibrator.apply();
         }

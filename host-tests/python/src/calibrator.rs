@@ -137,7 +137,7 @@ impl Calibrator {
         let single = |pixel: [f64; 2]| pixel.map(|x| x as f32);
         let (pixel, right) = (single(pixel), right.map(single));
         let reading = RangeReading { pixel, right, range, sd_m: sd_m as f32 };
-        let witnessed = call!(self, py, held => held.calibrator.push_witness(&reading));
+        let witnessed = call!(self, py, held => held.calibrator.push_range(&reading));
         Ok(name(&witnessed.map_err(raised("range"))?))
     }
 

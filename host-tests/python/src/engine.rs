@@ -109,7 +109,7 @@ impl<const N: usize> Held<N> {
         let solved = calibrator.solve_pair();
         let tracks = self.tracks.as_deref_mut();
         let tracks = tracks.filter(|tracks| frame.is_some() && !tracks.quads().is_empty());
-        let motion = tracks.map(|tracks| calibrator.push_witness(tracks));
+        let motion = tracks.map(|tracks| calibrator.push_tracks(tracks));
         Outcome {
             frame,
             matches,
@@ -162,6 +162,6 @@ impl<const N: usize> Held<N> {
         let cameras = &self.cameras;
         let rays = |(before, after)| Some([cameras.rays(before).ok()?, cameras.rays(after).ok()?]);
         let tracked: Vec<_> = before.iter().zip(after).filter_map(rays).collect();
-        self.calibrator.push_witness(&tracked[..])
+        self.calibrator.push_motion(&tracked)
     }
 }

@@ -59,6 +59,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_track(c, c, place());
         selfcal_push_motion(&tracked, 1, place());
         selfcal_push_tracks(tracks.ptr(), place());
+        selfcal_advance_tracks(tracks.ptr(), place(), place());
         selfcal_batch(place());
         selfcal_take_pair(c, 1, place());
         selfcal_advance_pair(place(), place());

@@ -254,7 +254,7 @@ fn witnesses_see_the_corrected_lens() {
         for right in [None, Some(c.right)] {
             let mut read = calibrator.clone();
             let reading = RangeReading { pixel: c.left, right, range, sd_m };
-            assert_eq!(read.push_witness(&reading), Ok(Witnessed::Taken), "{right:?}");
+            assert_eq!(read.push_range(&reading), Ok(Witnessed::Taken), "{right:?}");
             assert!(yaw(&read).abs() < 3e-4, "{right:?}: {}", yaw(&read));
         }
     }
@@ -266,7 +266,7 @@ fn witnesses_see_the_corrected_lens() {
         let moved = tracked(NONE, 0.0, [0.5, 0.1, forward], 0.02);
         let moved: Vec<_> = moved.into_iter().map(|views| views.map(given)).collect();
         let mut read = calibrator.clone();
-        assert_eq!(read.push_witness(&moved[..]), Ok(Witnessed::Taken), "{forward}");
+        assert_eq!(read.push_motion(&moved), Ok(Witnessed::Taken), "{forward}");
         assert!(yaw(&read).abs() < 5e-4, "{forward}: {}", yaw(&read));
     }
 }

@@ -108,7 +108,7 @@ fn after_a_knock_about_any_axis_the_yaw_belongs_to_the_mount() {
             if confirmed {
                 let pair = warped(NONE, a, 11);
                 let readings = pair.iter().step_by(9).take(7).map(|c| reading(NONE, c, 1.0));
-                let taken = readings.filter(|of| calibrator.push_witness(of).is_ok()).count();
+                let taken = readings.filter(|of| calibrator.push_range(of).is_ok()).count();
                 assert!(taken >= 5, "{taken}");
             }
             run(&mut calibrator, knock, a, 20..34);

@@ -23,7 +23,7 @@ fn five_ranges_tell_the_yaw_of_the_mount_after_a_knock_before_the_first_pair() {
         take(&mut calibrator, &pair).unwrap();
         let mut taken = 0;
         for c in pair.iter().step_by(9).take(7) {
-            taken += u32::from(calibrator.push_witness(&reading(rig, c, 1.0)).is_ok());
+            taken += u32::from(calibrator.push_range(&reading(rig, c, 1.0)).is_ok());
         }
         assert!(taken >= 5, "{knock} {a}: {taken}");
         calibrator.apply().unwrap();
@@ -58,24 +58,24 @@ fn an_impossible_reading_is_refused_and_a_single_contradiction_moves_nothing() {
         with(good.range, f32::NAN),
         with(good.range, 0.0),
     ] {
-        assert_eq!(calibrator.push_witness(&bad), Err(RangeError::Reading), "{bad:?}");
+        assert_eq!(calibrator.push_range(&bad), Err(RangeError::Reading), "{bad:?}");
     }
     let outside = RangeReading { pixel: [-5.0, 3.0], ..good };
     let error = RangeError::Pixel(UndistortError::OutsideImage);
-    assert_eq!(calibrator.push_witness(&outside), Err(error));
+    assert_eq!(calibrator.push_range(&outside), Err(error));
     // Readings of another point: of a window pane in front of the match, or of something behind the match.
     for factor in [0.1, 0.5, 10.0] {
         let near = pair.iter().find(|c| c.left[0] - c.right[0] > 60.0).unwrap();
         let wrong = reading(NONE, near, factor);
-        assert_eq!(calibrator.push_witness(&wrong), Err(RangeError::Contradicts), "{factor}");
+        assert_eq!(calibrator.push_range(&wrong), Err(RangeError::Contradicts), "{factor}");
     }
     assert_eq!(calibrator.snapshot(), before);
 
     let mut none = calibrated(Config::robust());
-    assert_eq!(none.push_witness(&good), Err(RangeError::NoBaseline));
+    assert_eq!(none.push_range(&good), Err(RangeError::NoBaseline));
     fill(&mut none, &pair);
     let mut early = with_baseline();
-    assert_eq!(early.push_witness(&good), Err(RangeError::NotLocked));
+    assert_eq!(early.push_range(&good), Err(RangeError::NotLocked));
     for metres in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         assert_eq!(made().with_baseline_m(metres), Err(ConfigError::BaselineLength));
     }
@@ -97,13 +97,13 @@ fn a_reading_with_its_own_match_needs_no_match_of_the_pair() {
     take(&mut calibrator, &fused).unwrap();
     for c in &read[..6] {
         let alone = reading(rig, c, 1.0);
-        assert_eq!(calibrator.push_witness(&alone), Err(RangeError::NoMatch));
+        assert_eq!(calibrator.push_range(&alone), Err(RangeError::NoMatch));
         let own = |right| RangeReading { right: Some(right), ..alone };
         let [u, v] = c.right;
-        assert_eq!(calibrator.push_witness(&own([u, v + 9.0])), Err(RangeError::NoMatch));
+        assert_eq!(calibrator.push_range(&own([u, v + 9.0])), Err(RangeError::NoMatch));
         let outside = RangeError::Pixel(UndistortError::OutsideImage);
-        assert_eq!(calibrator.push_witness(&own([-5.0, v])), Err(outside));
-        assert!(calibrator.push_witness(&own([u, v])).is_ok());
+        assert_eq!(calibrator.push_range(&own([-5.0, v])), Err(outside));
+        assert!(calibrator.push_range(&own([u, v])).is_ok());
     }
     calibrator.apply().unwrap();
     let yaw = off(&calibrator, rig).y;
@@ -119,13 +119,13 @@ fn readings_that_contradict_wait_until_they_outvote_the_earlier_ones() {
     take(&mut calibrator, &pair).unwrap();
     let far = pair.iter().find(|c| c.left[0] - c.right[0] < 30.0).unwrap();
     let before = calibrator.proposal().unwrap().extrinsics;
-    assert_eq!(calibrator.push_witness(&reading(NONE, far, 1.4)), Ok(Witnessed::Waiting));
+    assert_eq!(calibrator.push_range(&reading(NONE, far, 1.4)), Ok(Witnessed::Waiting));
     assert_eq!(calibrator.proposal().unwrap().extrinsics, before);
-    assert_eq!(calibrator.push_witness(&reading(NONE, far, 1.0)), Ok(Witnessed::Taken));
+    assert_eq!(calibrator.push_range(&reading(NONE, far, 1.0)), Ok(Witnessed::Taken));
     // Two wrong readings outvote the right one. The right readings that follow are not refused: the fourth of them
     // outvotes the wrong ones.
     let taken = [1.4, 1.4, 1.4, 1.4, 1.0, 1.0, 1.0, 1.0].map(|factor| {
-        calibrator.push_witness(&reading(NONE, far, factor)).unwrap() == Witnessed::Taken
+        calibrator.push_range(&reading(NONE, far, factor)).unwrap() == Witnessed::Taken
     });
     assert_eq!(taken, [false, true, true, true, false, false, false, true]);
     assert!(off(&calibrator, NONE).y.abs() < 1e-3);
@@ -182,12 +182,12 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
         // A rig at rest, and a rig that only turns.
         for turn in [0.0, 0.05] {
             let still = tracked(rig, a, [0.0; 3], turn);
-            assert_eq!(calibrator.push_witness(&still[..]), Err(MotionError::NoMotion), "{turn}");
+            assert_eq!(calibrator.push_motion(&still), Err(MotionError::NoMotion), "{turn}");
         }
         let few = &tracked(rig, a, forward, 0.0)[..5];
-        assert_eq!(calibrator.push_witness(few), Err(MotionError::TooFew));
+        assert_eq!(calibrator.push_motion(few), Err(MotionError::TooFew));
         for turn in [0.0, 0.03, -0.03] {
-            let pushed = calibrator.push_witness(&tracked(rig, a, forward, turn)[..]);
+            let pushed = calibrator.push_motion(&tracked(rig, a, forward, turn));
             assert!(pushed.is_ok(), "{knock} {a} {turn}: {pushed:?}");
         }
         calibrator.apply().unwrap();
@@ -199,7 +199,7 @@ fn motion_tells_the_yaw_of_the_mount_and_rest_says_nothing() {
         );
         assert!(!calibrator.proposal().unwrap().reasons().contains(Reason::Yaw), "{details}");
     }
-    let nothing = calibrated(Config::robust()).push_witness(&[][..]);
+    let nothing = calibrated(Config::robust()).push_motion(&[]);
     assert_eq!(nothing, Err(MotionError::NotLocked));
 }
 
@@ -236,7 +236,7 @@ fn witnesses_of_any_bits_leave_a_finite_estimate_or_no_trace() {
             range: if any() > 0.5 { Range::AlongAxis(any()) } else { Range::AlongRay(any()) },
             sd_m: any(),
         };
-        if calibrator.push_witness(&reading).is_err() {
+        if calibrator.push_range(&reading).is_err() {
             refused += 1;
             assert_eq!(traces(&calibrator), before, "{reading:?}");
         }
@@ -263,7 +263,7 @@ fn tracks_of_random_rays_show_no_motion_and_leave_no_trace() {
         };
         let tracked: Vec<_> = (0..40).map(any).collect();
         let before = format!("{calibrator:?}");
-        assert_eq!(calibrator.push_witness(&tracked[..]), Err(MotionError::NoMotion));
+        assert_eq!(calibrator.push_motion(&tracked), Err(MotionError::NoMotion));
         assert_eq!(format!("{calibrator:?}"), before);
     }
 }
@@ -288,22 +288,22 @@ fn ranges_and_motions_that_contradict_are_counted_until_a_reset() {
     let right = reading(NONE, near, 1.0);
     // A reading that is not valid does not count, and a reading that agrees with the yaw does not count.
     let bad = RangeReading { sd_m: f32::NAN, ..right };
-    assert_eq!(calibrator.push_witness(&bad), Err(RangeError::Reading));
-    assert_eq!(calibrator.push_witness(&right), Ok(Witnessed::Taken));
+    assert_eq!(calibrator.push_range(&bad), Err(RangeError::Reading));
+    assert_eq!(calibrator.push_range(&right), Ok(Witnessed::Taken));
     assert_eq!(counts(&calibrator), [0, 0]);
     for (factor, count) in [(0.1, 1), (0.5, 2), (10.0, 3)] {
         let wrong = reading(NONE, near, factor);
-        assert_eq!(calibrator.push_witness(&wrong), Err(RangeError::Contradicts), "{factor}");
+        assert_eq!(calibrator.push_range(&wrong), Err(RangeError::Contradicts), "{factor}");
         assert_eq!(counts(&calibrator), [count, 0]);
     }
     // A reading that waits also counts.
     let slightly = [0.97, 0.95, 0.93, 0.9].map(|factor| reading(NONE, near, factor));
-    let mut waits = slightly.iter().map(|of| calibrator.push_witness(of));
+    let mut waits = slightly.iter().map(|of| calibrator.push_range(of));
     assert!(waits.any(|of| of == Ok(Witnessed::Waiting)));
     assert_eq!(counts(&calibrator), [4, 0]);
     // Tracks of a rig whose yaw differs by two degrees.
     let other = tracked([0.0, 2.0, 0.0], 0.0, [0.5, 0.1, -4.0], 0.0);
-    assert_eq!(calibrator.push_witness(&other[..]), Err(MotionError::Contradicts));
+    assert_eq!(calibrator.push_motion(&other), Err(MotionError::Contradicts));
     assert_eq!(counts(&calibrator), [4, 1]);
     calibrator.reset();
     run(&mut calibrator, NONE, 0.002, 0..8);

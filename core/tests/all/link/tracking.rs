@@ -55,13 +55,13 @@ fn tracked_frames_of_a_moving_rig_tell_the_yaw_of_the_mount() {
         feed(&mut calibrator, &mut tracks, &frame(0, &before));
         assert!(tracks.quads().is_empty());
         let _ = calibrator.solve_pair();
-        assert_eq!(calibrator.push_witness(&mut tracks), Err(MotionError::TooFew));
+        assert_eq!(calibrator.push_tracks(&mut tracks), Err(MotionError::TooFew));
         feed(&mut calibrator, &mut tracks, &frame(1, &after));
         let rays = |c: &Correspondence<f32>| cameras().rays(c).unwrap();
         let sent: Vec<_> = both.iter().rev().map(|(both, _)| both.each_ref().map(rays)).collect();
         assert!(sent.len() > 80 && tracks.quads() == sent, "{}", tracks.quads().len());
         let _ = calibrator.solve_pair();
-        assert_eq!(calibrator.push_witness(&mut tracks), Ok(Witnessed::Taken), "{turn}");
+        assert_eq!(calibrator.push_tracks(&mut tracks), Ok(Witnessed::Taken), "{turn}");
         assert!(tracks.quads().is_empty());
     }
     calibrator.apply().unwrap();

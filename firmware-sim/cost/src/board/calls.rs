@@ -1,7 +1,7 @@
 //! The measured calls of the core, each in a function that is not inlined.
 
-use stereo_selfcal::batch::{Pushed, RayPair};
-use stereo_selfcal::depth::{MotionError, RangeError, RangeReading, Witnessed};
+use stereo_selfcal::batch::Pushed;
+use stereo_selfcal::depth::{MotionError, RangeError, RangeReading, Tracks, Witnessed};
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyError, RectifyingRotations};
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::outcome::Details;
@@ -74,15 +74,23 @@ pub(crate) fn push_range<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
     reading: &RangeReading<T>,
 ) -> Result<Witnessed, RangeError> {
-    calibrator.push_witness(reading)
+    calibrator.push_range(reading)
 }
 
 #[inline(never)]
-pub(crate) fn push_motion<T: Scalar>(
+pub(crate) fn advance_tracks<T: Scalar>(
     calibrator: &mut CalibratorOf<T>,
-    tracked: &[[RayPair<T>; 2]],
+    tracks: &mut Tracks<T, CAPACITY>,
+) -> Option<Result<Witnessed, MotionError>> {
+    calibrator.advance_tracks(tracks)
+}
+
+#[inline(never)]
+pub(crate) fn push_tracks<T: Scalar>(
+    calibrator: &mut CalibratorOf<T>,
+    tracks: &mut Tracks<T, CAPACITY>,
 ) -> Result<Witnessed, MotionError> {
-    calibrator.push_witness(tracked)
+    calibrator.push_tracks(tracks)
 }
 
 #[inline(never)]

@@ -1,8 +1,7 @@
 //! Measures every call over the states of a rig, and prints the rows.
 
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
-use stereo_selfcal::batch::RayPair;
-use stereo_selfcal::depth::{Range, RangeReading};
+use stereo_selfcal::depth::{MotionError, Range, RangeReading, Tracks};
 use stereo_selfcal::link::MatchRecord;
 use stereo_selfcal::{Config, Correspondence, Extrinsics, FactoryCalibration, Scalar, State};
 
@@ -264,7 +263,7 @@ impl<'a, T: Scalar> Run<'a, T> {
 }
 
 /// Measures the calls outside of a pair.
-fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 13] {
+fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static str, Sample); 14] {
     let factory = FactoryCalibration::guess(lens::pinholes());
     let factory = factory.with_baseline_m(0.2).unwrap_or(factory);
     let mut calibrator = CalibratorOf::<T>::new(Config::robust(), &factory);
@@ -277,7 +276,7 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
         solve = solve.max(sample);
     }
     let extrinsics: Extrinsics<T> = calibrator.in_use().extrinsics;
-    let [range, motion] = witnesses(probe, &mut calibrator, records);
+    let [range, step_of_tracks, tracks] = witnesses(probe, &mut calibrator, records);
     let (rotations, of_rotations) = probe.run(|| calls::rotations(&extrinsics));
     let rectified = probe.run(|| calls::rectified_camera(&lens::distorted(), &rotations)).1;
     let (record, snapshot) = probe.run(|| calls::snapshot(&calibrator));
@@ -290,7 +289,8 @@ fn others<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> [(&'static s
     [
         ("solve_pair", solve),
         ("push_range at most", range),
-        ("push_motion", motion),
+        ("advance_tracks at most", step_of_tracks),
+        ("push_tracks", tracks),
         ("RectifyingRotations", of_rotations),
         ("RectifiedCamera", rectified),
         ("snapshot", snapshot),
@@ -309,7 +309,7 @@ fn witnesses<T: Scalar>(
     probe: &Probe,
     calibrator: &mut CalibratorOf<T>,
     records: &[MatchRecord],
-) -> [Sample; 2] {
+) -> [Sample; 3] {
     let mut range = Sample::default();
     for record in records.iter().step_by(CAPACITY / 16) {
         let c: Correspondence<T> = pair::converted(&record.decode(&HEADER));
@@ -317,14 +317,23 @@ fn witnesses<T: Scalar>(
         let reading = RangeReading { pixel: c.left, right: None, range: depth, sd_m };
         range = range.max(probe.run(|| calls::push_range(calibrator, &reading)).1);
     }
-    let Some(origin) = RayPair::try_new([T::ZERO; 2], [T::ZERO; 2]) else {
-        return [range; 2];
-    };
-    let mut tracked = [[origin; 2]; CAPACITY];
-    for (track, pair) in tracked.iter_mut().zip(calibrator.batch().pairs()) {
-        *track = [*pair; 2];
+    let mut tracks = Tracks::<T, CAPACITY>::new();
+    for _ in 0..2 {
+        tracks.begin();
+        for (track, pair) in (1..).zip(calibrator.batch().pairs()) {
+            tracks.push(track, pair);
+        }
+        tracks.end();
     }
-    [range, probe.run(|| calls::push_motion(calibrator, &tracked)).1]
+    let (mut step, mut ended) = (Sample::default(), false);
+    while !ended {
+        let (found, sample) = probe.run(|| calls::advance_tracks(calibrator, &mut tracks));
+        (step, ended) = (step.max(sample), found.is_some());
+    }
+    // A rig at rest shows no motion, so the tracks are still there.
+    let (found, all) = probe.run(|| calls::push_tracks(calibrator, &mut tracks));
+    assert!(found == Err(MotionError::NoMotion), "the rig is at rest");
+    [range, step, all]
 }
 
 fn slope(half: u32, whole: u32) -> u32 {

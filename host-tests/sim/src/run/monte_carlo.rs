@@ -228,10 +228,10 @@ fn push_witnessed<T: Scalar>(
     witnessed: &Witnessed,
 ) {
     for reading in &witnessed.readings {
-        let _ = calibrator.push_witness(&ranges::in_scalar(reading));
+        let _ = calibrator.push_range(&ranges::in_scalar(reading));
     }
     if let (false, Ok(cameras)) = (witnessed.tracks.is_empty(), cameras(scene)) {
-        let _ = calibrator.push_witness(&tracked::rays_of(&cameras, &witnessed.tracks)[..]);
+        let _ = calibrator.push_motion(&tracked::rays_of(&cameras, &witnessed.tracks));
     }
 }
 

@@ -261,11 +261,11 @@ fn replay_pair<T: Scalar, const N: usize>(
     let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));
     let mut witnessed = WitnessCounts::default();
     for reading in readings {
-        let outcome = calibrator.push_witness(&ranges::in_scalar(reading));
+        let outcome = calibrator.push_range(&ranges::in_scalar(reading));
         refused::note(&mut witnessed.ranges, &outcome);
     }
     if !tracks.is_empty() {
-        let outcome = calibrator.push_witness(&tracked::rays_of(cameras, tracks)[..]);
+        let outcome = calibrator.push_motion(&tracked::rays_of(cameras, tracks));
         refused::note(&mut witnessed.motion, &outcome);
     }
     let details = calibrator.details();

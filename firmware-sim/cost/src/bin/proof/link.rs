@@ -137,7 +137,8 @@ fn tracks(
     }
     tracks.end();
     show(tracks.quads().len());
-    show(calibrator.push_witness(&mut *tracks).map_err(|error| error.code()));
+    show(calibrator.push_tracks(tracks).map_err(|error| error.code()));
+    show(calibrator.advance_tracks(tracks).map(|ended| ended.map_err(|error| error.code())));
     tracks.restart();
 }
 

@@ -9,7 +9,7 @@ use stereo_selfcal::depth::{Range, RangeReading};
 use crate::{number, numbers, show};
 
 pub(crate) fn all(calibrator: &mut Calibrator<f32, 256>) {
-    show(calibrator.push_witness(&reading()).map_err(|error| error.code()));
+    show(calibrator.push_range(&reading()).map_err(|error| error.code()));
     motion(calibrator);
 }
 
@@ -29,6 +29,6 @@ fn motion(calibrator: &mut Calibrator<f32, 256>) {
         let tracked = black_box([[pair; 2]; 16]);
         let length = black_box(0);
         let tracked = black_box(tracked.get(..length).unwrap_or_default());
-        show(calibrator.push_witness(tracked).map_err(|error| error.code()));
+        show(calibrator.push_motion(tracked).map_err(|error| error.code()));
     }
 }
