@@ -9,7 +9,6 @@
 //! - `tracks`: joins the tracked matches of two frames.
 
 pub(crate) mod motion;
-#[cfg(test)]
 pub(crate) mod mount;
 pub(crate) mod range;
 pub(crate) mod tracks;

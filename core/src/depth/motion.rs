@@ -138,6 +138,67 @@ fn solution<T: Scalar>(rows: &mut [[T; COLUMNS]; UNKNOWNS]) -> Option<Solution<T
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::lens_correction::LensCorrection;
+    use crate::geometry::rectification::RectifyingRotations;
+    use rand::{RngExt, SeedableRng};
+    use rand_chacha::ChaCha8Rng;
+    extern crate std;
+    use std::vec::Vec;
+
+    /// Standard deviation of a coordinate at unit depth.
+    const NOISE: f64 = 2e-4;
+
+    /// Returns 150 tracked matches of a rig whose left camera is turned, with points from `near` to ten times as far.
+    /// Every tenth match is wrong.
+    fn tracked(turn: f64, translation: [f64; 3], near: f64, seed: u64) -> Vec<[RayPair<f32>; 2]> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let [mount, rig] = [turn, 0.05].map(|y| so3::exp(&Vector3::new(0.0, y, 0.0)).unwrap());
+        let mut found = Vec::new();
+        while found.len() < 150 {
+            let [x, y] = [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
+            let one = Vector3::new(x, y, 1.0) * near * 10_f64.powf(rng.random());
+            // The sum of 12 random numbers is nearly normal, with variance 1.
+            let mut noise = || NOISE * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0);
+            let mut seen = |p: Vector3<f64>| {
+                let (left, right) = (mount.inverse() * p, p - Vector3::x());
+                let [left, right] =
+                    [left, right].map(|p| [p.x / p.z + noise(), p.y / p.z + noise()]);
+                (p.z > 1.0).then(|| RayPair::try_new(left.map(f32::lit), right.map(f32::lit)))?
+            };
+            let two = rig * one + Vector3::from(translation);
+            found.extend(seen(one).zip(seen(two)).map(|(one, two)| [one, two]));
+        }
+        for i in (0..found.len() - 1).step_by(10) {
+            found[i][1] = found[i + 1][1];
+        }
+        found
+    }
+
+    #[test]
+    fn the_error_of_a_turn_is_its_deviation_whether_the_turn_is_large_or_the_points_are_near() {
+        let views = Views {
+            pose: &RectifyingRotations::SIDE_BY_SIDE,
+            change: LensCorrection::NONE.change_to(&LensCorrection::NONE),
+            noise: f32::lit(NOISE),
+        };
+        for (turn, translation, near) in [
+            (0.001, [0.5, 0.1, -4.0], 10.0),
+            (0.02, [0.5, 0.1, -4.0], 10.0),
+            (-0.005, [0.5, 0.1, -4.0], 3.0),
+            (0.005, [0.5, 0.1, -1.5], 2.0),
+            (0.005, [4.0, 0.1, 0.0], 5.0),
+        ] {
+            let mut over = 0.0;
+            for seed in 0..40 {
+                let (mut fit, quads) = (MotionFit::START, tracked(turn, translation, near, seed));
+                let found = (0..MOTION_STEPS).find_map(|_| fit.advance(&views, &quads).unwrap());
+                let found = found.unwrap();
+                over += (f64::from(found.turn) - turn).powi(2) / f64::from(found.variance) / 40.0;
+            }
+            // Of chi-square with 40 degrees of freedom, 99.9 % are within these limits.
+            assert!((0.4..1.84).contains(&over), "{turn} {translation:?} {near}: {over}");
+        }
+    }
 
     #[test]
     fn normal_equations_are_solved_and_the_last_unknown_is_known_by_its_schur_complement() {

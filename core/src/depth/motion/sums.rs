@@ -38,6 +38,14 @@ struct View<T> {
 }
 
 impl<T: Scalar> Views<'_, T> {
+    /// Returns the rotation of the left camera into the rectified frame after a turn of the mount, rad; `None` if the
+    /// turn is not finite.
+    fn left_after(&self, turn: T) -> Option<Rotation3<T>> {
+        let turn = so3::exp(&Vector3::new(T::ZERO, turn, T::ZERO))?;
+        let left = so3::product(turn.matrix(), self.pose.left().matrix());
+        Some(Rotation3::from_matrix_unchecked(left))
+    }
+
     /// Returns the rectified match; `None` if a ray has a rectified depth below [`MIN_DEPTH`].
     ///
     /// * `left`: rotation of the left camera into the rectified frame, after the turn of the mount.
@@ -136,9 +144,7 @@ impl<T: Scalar> Sums<T> {
         tracked: &[[RayPair<T>; 2]],
         scale: T,
     ) -> Option<Self> {
-        let turn = so3::exp(&Vector3::new(T::ZERO, motion.turn, T::ZERO))?;
-        let left = so3::product(turn.matrix(), views.pose.left().matrix());
-        let left = &Rotation3::from_matrix_unchecked(left);
+        let left = &views.left_after(motion.turn)?;
         let mut sums = Self::of_prior(motion.turn);
         let precision = T::ONE / (views.noise * views.noise);
         let of_loss = T::ONE / (T::lit(MOTION_GATE) * scale * scale);
@@ -327,7 +333,9 @@ impl<T: Scalar> Symmetric3<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::Matrix3;
+    use crate::geometry::extrinsics::Extrinsics;
+    use crate::geometry::lens_correction::LensCorrection;
+    use nalgebra::{Matrix3, SMatrix};
 
     #[test]
     fn the_inverse_is_that_of_the_full_matrix_and_none_if_it_has_none() {
@@ -339,5 +347,49 @@ mod tests {
         assert!((product - Matrix3::identity()).norm() < 1e-12, "{product}");
         assert!(c.scaled(-1.0).inverse(1.0).is_none());
         assert!(c.scaled(f64::NAN).inverse(1.0).is_none());
+    }
+
+    #[test]
+    fn sums_of_a_match_are_those_of_central_differences() {
+        let r = so3::exp(&Vector3::new(0.02, -0.05, 0.03)).unwrap();
+        let t = Vector3::new(-1.0, 0.05, 0.02).normalize();
+        let pose = &RectifyingRotations::from(&Extrinsics::try_new(r.matrix(), &t).unwrap());
+        let change = LensCorrection::NONE.change_to(&LensCorrection { focal: 0.002, k1: 0.01 });
+        let views = Views { pose, change, noise: 3e-4 };
+        let pair = |left, right| RayPair::try_new(left, right).unwrap();
+        let both = [pair([0.4, -0.3], [0.26, -0.29]), pair([0.45, -0.35], [0.25, -0.33])];
+        let mut motion = MotionFit::START;
+        motion.take(&[0.01, -0.02, 0.03, 0.4, 0.1, -1.5, 0.005]).unwrap();
+        let equations = |motion: &MotionFit<f64>| {
+            let left = views.left_after(motion.turn).unwrap();
+            let [one, two] = both.each_ref().map(|pair| views.of(&left, pair).unwrap());
+            Equations::of(motion, &one, &two, views.noise).unwrap()
+        };
+        let mut by = [[0.0; 3]; UNKNOWNS];
+        for (i, by) in by.iter_mut().enumerate() {
+            let moved = |by: f64| {
+                let (mut step, mut motion) = ([0.0; UNKNOWNS], motion);
+                step[i] = by;
+                motion.take(&step).unwrap();
+                equations(&motion).off
+            };
+            *by = difference(moved(-1e-5), moved(1e-5)).map(|x| x / 2e-5);
+        }
+        let by = SMatrix::<f64, 3, UNKNOWNS>::from(by);
+        let of = equations(&motion);
+        let inverse = of.covariance.inverse(1.0).unwrap();
+        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+        let weights = Matrix3::from(axes.map(|axis| inverse.times(axis)));
+        let (normal, right) =
+            (by.transpose() * weights * by, by.transpose() * weights * Vector3::from(of.off));
+        let zeros = [[0.0; COLUMNS]; UNKNOWNS];
+        let mut sums = Sums { rows: zeros, inliers: [0; 2], squared: 0.0 };
+        sums.add(&of, 1.0, 0.0);
+        for (i, row) in sums.rows.iter().enumerate() {
+            for j in i..UNKNOWNS {
+                assert!((row[j] - normal[(i, j)]).abs() < 1e-7, "{i} {j} {row:?} {normal}");
+            }
+            assert!((row[UNKNOWNS] - right[i]).abs() < 1e-7, "{i} {row:?} {right}");
+        }
     }
 }

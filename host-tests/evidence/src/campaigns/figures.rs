@@ -25,6 +25,9 @@ const NEAR: f64 = 4.0;
 /// A pair does not fit the extrinsics in use below this share.
 const UNFIT: f64 = 0.5;
 
+/// Pairs at the start of a run, before the yaw in use counts.
+const AT_START: usize = 50;
+
 /// An error is overconfident above so many reported deviations.
 const TOO_MANY_SD: f64 = 5.0;
 
@@ -42,6 +45,7 @@ pub(super) fn all(runs: &[Run], scenario: &Scenario, pairs: usize) -> Vec<Figure
         of.in_use(),
         of.passes(),
         of.changes(scenario.turned_from()),
+        of.yaw_in_use(),
     ]
     .concat()
 }
@@ -232,6 +236,26 @@ impl<'a> Of<'a> {
         ]
     }
 
+    /// The yaw in use for each pair after the first [`AT_START`], and reloads of the rectifier. NaN if all runs are
+    /// shorter.
+    fn yaw_in_use(&self) -> Vec<Figure> {
+        let later = || self.seen.iter().filter_map(|pairs| pairs.get(AT_START..));
+        let used = || later().flatten().flatten().map(|m| m.yaw_in_use);
+        let worst = |name, part: fn([f64; 2]) -> f64| {
+            quantile_of(name, 1.0, used().map(part), self.runs.len())
+        };
+        let reloads = |pairs: &[Option<AfterPair>]| {
+            let used: Vec<u32> = pairs.iter().flatten().map(|m| m.generation).collect();
+            used.windows(2).filter(|two| two[0] != two[1]).count()
+        };
+        vec![
+            self.rms("yaw in use", rms(used().map(|[yaw, _]| yaw)).unwrap_or(f64::NAN)),
+            worst("yaw in use worst", |[yaw, _]| yaw.abs()),
+            worst("yaw over reported worst", |[_, over]| over),
+            counted("reloads", later().map(reloads).sum()),
+        ]
+    }
+
     /// Passes of a pair: mean and most of all, and means of those that started and ended locked, or not locked.
     fn passes(&self) -> Vec<Figure> {
         let mut all = [Vec::new(), Vec::new(), Vec::new()];
@@ -324,6 +348,8 @@ mod tests {
             armed,
             coverage: 1.0,
             vibration: [0.0; 2],
+            yaw_in_use: [e_r, e_r / 1e-3],
+            generation: 1,
             in_use_px: 0.5,
         }
     }

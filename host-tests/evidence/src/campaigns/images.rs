@@ -58,6 +58,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         lens,
         columns: COLUMNS,
         quick: None,
+        worst_first: None,
         measure,
         chart: None,
     }]

@@ -23,6 +23,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         lens: Report,
         columns,
         quick: None,
+        worst_first: None,
         measure,
         chart: None,
     };

@@ -33,6 +33,8 @@ pub(crate) struct Campaign {
     columns: &'static str,
     /// Begin of the names of the cases that take seconds; `None`: all take longer.
     quick: Option<&'static str>,
+    /// The figure by which the cases are sorted, largest first; `None`: they keep their order.
+    worst_first: Option<&'static str>,
     measure: Measure,
     /// Picture of the rows, beside the table.
     pub(crate) chart: Option<fn(&[Row]) -> String>,
@@ -116,10 +118,14 @@ impl Campaign {
 
     /// Measures the requested cases.
     pub(crate) fn rows(&self, request: &Request) -> Result<Vec<Row>> {
-        let rows = match self.measure {
+        let mut rows = match self.measure {
             Measure::Rows(rows) => rows(request)?,
             Measure::Runs(cases) => of_runs(self.name, cases()?, request)?,
         };
+        if let Some(name) = self.worst_first {
+            let loss = |row: &Row| row.figure(name).map_or(f64::NAN, |figure| figure.value);
+            rows.sort_by(|a, b| loss(b).total_cmp(&loss(a)));
+        }
         ensure!(!rows.is_empty(), "no case begins with {}", request.only.join(" or "));
         Ok(rows)
     }

@@ -30,6 +30,7 @@ const ALTITUDE: &str =
 const VIBRATION: &str = "ever locked, e_t median, e_R median, e_t over sd 95 %, e_R over sd 95 %, \
     vibration R least, vibration R most, runs beyond 5 sd";
 const METRIC: &str = "e_R median, e_R worst, e_t median, e_R over sd worst, runs beyond 5 sd";
+const YAW: &str = "yaw in use worst, yaw in use, yaw over reported worst, reloads";
 const MISTAKE: &str = "ever locked, armed";
 
 type Group = fn() -> Result<Vec<Case>>;
@@ -58,6 +59,11 @@ pub(super) fn campaigns() -> Vec<Campaign> {
             quick: Some("depth/0-"),
             ..real("depth", METRIC, || cases(&[depth]))
         },
+        Campaign {
+            trials: 6,
+            worst_first: Some("yaw in use worst"),
+            ..real("drift", YAW, || cases(&[drift, small_knocks, warm_up, drives, quiet]))
+        },
         real("witness", METRIC, || cases(&[witnesses])),
         Campaign { quick: Some("mistake/"), ..real("mistakes", MISTAKE, || cases(&[mistakes])) },
     ]
@@ -73,6 +79,7 @@ fn real(name: &'static str, columns: &'static str, cases: Group) -> Campaign {
         lens,
         columns,
         quick: None,
+        worst_first: None,
         measure,
         chart: None,
     }
@@ -203,6 +210,68 @@ fn depth() -> Result<Vec<Case>> {
     };
     cases.extend(late.map(few).collect::<Vec<_>>());
     Ok(cases)
+}
+
+/// Axes of a turn, right camera frame.
+const YAW_AXIS: (&str, [f64; 3]) = ("yaw", [0.0, 1.0, 0.0]);
+const PITCH_AXIS: (&str, [f64; 3]) = ("pitch", [1.0, 0.0, 0.0]);
+const MIXED_AXIS: (&str, [f64; 3]) = ("mixed", [1.0, 1.0, 1.0]);
+
+/// Cases of a turn, with exact lenses and with rows off by `a x y`, with and without a factory calibration.
+fn turning(
+    kind: ScenarioKind,
+    (axis, direction): (&str, [f64; 3]),
+    turn_deg: f64,
+    pairs: usize,
+) -> Result<Vec<Case>> {
+    let mut cases = Vec::new();
+    for a in [0.0, 0.003] {
+        for (start, commissioned) in [("factory", true), ("guess", false)] {
+            let name = format!("{kind}-{axis}-{turn_deg:.2e}-{a}-{start}");
+            let case = Case::real("drift", name, kind, pairs).with_lens(&format!("a_r={a}"))?;
+            cases.push(case.changed(|one| {
+                (one.axis, one.turn_deg, one.commissioned) =
+                    (Some(direction), turn_deg, commissioned);
+            }));
+        }
+    }
+    Ok(cases)
+}
+
+/// A drift of 3e-7 to 3e-4 rad a pair.
+fn drift() -> Result<Vec<Case>> {
+    let mut cases = Vec::new();
+    for (rad, pairs) in [(3e-7_f64, 2000), (3e-6, 1000), (3e-5, 300), (3e-4, 60)] {
+        for axis in [YAW_AXIS, PITCH_AXIS, MIXED_AXIS] {
+            cases.extend(turning(ScenarioKind::Drift, axis, rad.to_degrees(), pairs)?);
+        }
+    }
+    Ok(cases)
+}
+
+/// Knocks of a few hundredths of a degree.
+fn small_knocks() -> Result<Vec<Case>> {
+    let all = [0.02, 0.05, 0.1].into_iter().flat_map(|deg| [(YAW_AXIS, deg), (PITCH_AXIS, deg)]);
+    let cases = all.map(|(axis, deg)| turning(ScenarioKind::Step, axis, deg, 200));
+    Ok(cases.collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// A mount that warms up and cools down.
+fn warm_up() -> Result<Vec<Case>> {
+    let all = [0.1, 0.3].into_iter().flat_map(|deg| [(YAW_AXIS, deg), (MIXED_AXIS, deg)]);
+    let cases = all.map(|(axis, deg)| turning(ScenarioKind::WarmUp, axis, deg, 600));
+    Ok(cases.collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// A long rest between two drives, with and without a knock.
+fn drives() -> Result<Vec<Case>> {
+    let cases = [0.0, 0.1].map(|deg| turning(ScenarioKind::Drives, YAW_AXIS, deg, 2000));
+    Ok(cases.into_iter().collect::<Result<Vec<_>>>()?.concat())
+}
+
+/// A rig that does not move, whose reloads count.
+fn quiet() -> Result<Vec<Case>> {
+    turning(ScenarioKind::Near, YAW_AXIS, 0.0, 1050)
 }
 
 /// A turn of yaw and rows off by `a x y`, without a factory calibration, with ranges or motion that tell them apart.

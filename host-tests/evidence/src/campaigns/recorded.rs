@@ -34,6 +34,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         lens,
         columns: COLUMNS,
         quick: Some(""),
+        worst_first: None,
         measure,
         chart: None,
     }]

@@ -208,6 +208,7 @@ mod tests {
             lens,
             columns,
             quick: None,
+            worst_first: None,
             measure,
             chart: None,
         }

@@ -52,6 +52,11 @@ pub struct AfterPair {
     pub coverage: f64,
     /// Estimated vibration of `R` and of `t`, rad RMS.
     pub vibration: [f64; 2],
+    /// Error of the yaw that was in use for this pair, about the rectified y, rad; and this error over the one that the
+    /// details report. NaN without details.
+    pub yaw_in_use: [f64; 2],
+    /// Generation of the calibration in use, which changes with each reload of the rectifier.
+    pub generation: u32,
     /// RMS row offset with the extrinsics in use before the estimate was applied, px; NaN without details.
     pub in_use_px: f64,
 }
@@ -193,6 +198,9 @@ fn step<T: Scalar>(
     }
     let Verdict { may_arm: armed, coverage, .. } = *calibrator.verdict();
     let details = calibrator.details();
+    let in_use = RectifyingRotations::from(&in_f64(&calibrator.in_use().extrinsics));
+    let yaw = in_use.unknowns_to(&RectifyingRotations::from(truth)).y;
+    let reported = details.as_ref().map_or(f64::NAN, |details| details.yaw.to_f64());
     // `apply` refuses an estimate that is not locked, or is in doubt.
     let _ = calibrator.apply();
     let proposal = calibrator.proposal()?;
@@ -216,6 +224,8 @@ fn step<T: Scalar>(
         armed,
         coverage: coverage.to_f64(),
         vibration: [proposal.vibration.rotation, proposal.vibration.baseline].map(T::to_f64),
+        yaw_in_use: [yaw, yaw.abs() / reported],
+        generation: calibrator.in_use().generation,
         in_use_px: details.map_or(f64::NAN, |details| details.in_use_px.to_f64()),
     })
 }

@@ -1,5 +1,7 @@
 //! Points of successive pairs: new points, repeated points, or landmarks that keep their matching errors.
 
+use std::ops::Range;
+
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
@@ -14,8 +16,8 @@ const TRIES: usize = 10_000;
 pub(super) enum Points {
     /// New points in every pair.
     New,
-    /// The points of the first pair, with its outliers.
-    Again(Option<SynthPair>),
+    /// The points of the first of these pairs, with its outliers; new points in every other pair.
+    Again(Range<usize>, Option<SynthPair>),
     /// Landmarks.
     Landmarks(Landmarks),
 }
@@ -55,8 +57,9 @@ impl Points {
     pub(super) fn pair(&mut self, at: usize, scene: &Scene, rng: &mut ChaCha8Rng) -> SynthPair {
         match self {
             Self::New => scene.pair(rng),
-            Self::Again(Some(first)) => scene.pair_again(first, rng),
-            Self::Again(first @ None) => first.insert(scene.pair(rng)).clone(),
+            Self::Again(pairs, _) if !pairs.contains(&at) => scene.pair(rng),
+            Self::Again(_, Some(first)) => scene.pair_again(first, rng),
+            Self::Again(_, first @ None) => first.insert(scene.pair(rng)).clone(),
             Self::Landmarks(landmarks) => {
                 landmarks.advance(at, scene, rng);
                 landmarks.pair(scene, rng)

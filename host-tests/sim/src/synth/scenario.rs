@@ -33,7 +33,8 @@ pub struct Scenario {
     pub scene: Scene,
     /// Number of pairs of a run.
     pub pairs: usize,
-    /// Turn of the right camera, degrees: in mid run for a step or a flight, with every pair for a drift.
+    /// Turn of the right camera, degrees: in mid run for a step or a flight, with every pair for a drift,
+    /// at most for a warm-up, and before the second drive for two drives.
     pub turn_deg: f64,
     /// Axis of `turn_deg`, right camera frame; `None`: random, new for every seed.
     pub axis: Option<[f64; 3]>,
@@ -79,6 +80,9 @@ const FEW_MATCHES: usize = 48;
 /// Ratio of all depths at the top of a climb to those at its foot.
 const CEILING: f64 = 1000.0;
 
+/// Time constant of a warm-up, as a share of the run.
+const WARM_UP: f64 = 0.1;
+
 /// Least and largest slant of a random plane, degrees.
 const SLANT_DEG: [f64; 2] = [15.0, 60.0];
 
@@ -114,6 +118,25 @@ impl Scenario {
     #[must_use]
     pub fn turned_from(&self) -> usize {
         self.pairs.div_ceil(2)
+    }
+
+    /// Number, from 0, of the first pair of the second of two drives.
+    fn starts_again(&self) -> usize {
+        self.pairs * 3 / 4
+    }
+
+    /// The turn of the right camera at a pair, in units of `turn_deg`.
+    fn turns(&self, pair: usize) -> Result<f64> {
+        let once = |from: usize| f64::from(u8::from(pair >= from));
+        let after = |share: f64| libm::exp(-share / WARM_UP);
+        Ok(match (self.kind, self.flown(pair)?) {
+            (ScenarioKind::Step, _) => once(self.turned_from()),
+            (ScenarioKind::Drives, _) => once(self.starts_again()),
+            (ScenarioKind::Drift, _) => f64::from(u32::try_from(pair)?),
+            (ScenarioKind::WarmUp, flown) if flown < 0.5 => 1.0 - after(flown),
+            (ScenarioKind::WarmUp, flown) => (1.0 - after(0.5)) * after(flown - 0.5),
+            _ => 0.0,
+        })
     }
 
     /// The rig of each pair, with its disturbance.
@@ -154,7 +177,10 @@ impl Scenario {
         let new_from = match self.kind {
             ScenarioKind::ParkedLandmarks => self.pairs * 2 / 3,
             ScenarioKind::Creeping => usize::MAX,
-            ScenarioKind::Parked => return Points::Again(None),
+            ScenarioKind::Parked => return Points::Again(0..usize::MAX, None),
+            ScenarioKind::Drives => {
+                return Points::Again(self.pairs / 4..self.starts_again(), None);
+            }
             _ => return Points::New,
         };
         let Self { landmark_px: error_px, creep_px, .. } = *self;
@@ -260,6 +286,12 @@ impl Scenario {
             | ScenarioKind::Parked
             | ScenarioKind::ParkedLandmarks
             | ScenarioKind::Creeping => base,
+            ScenarioKind::Step
+            | ScenarioKind::Drift
+            | ScenarioKind::WarmUp
+            | ScenarioKind::Drives => {
+                Scene { rig: turned(&base.rig, axis, self.turn_deg * self.turns(pair)?)?, ..base }
+            }
             ScenarioKind::Climb => climbed(&base, self.flown(pair)?),
             ScenarioKind::Descent => climbed(&base, 1.0 - self.flown(pair)?),
             ScenarioKind::Heterogeneous => heterogeneous(&base, rng),
@@ -275,12 +307,6 @@ impl Scenario {
                 let knock_deg = if pair < self.turned_from() { 0.0 } else { self.turn_deg };
                 let Self { pairs, disturbance: Disturbance { vibration_deg, .. }, .. } = *self;
                 Part { at: [pair, pairs], knock_deg, vibration_deg }.scene(&base, axis, rng)?
-            }
-            ScenarioKind::Step if pair < self.turned_from() => base,
-            ScenarioKind::Step => Scene { rig: turned(&base.rig, axis, self.turn_deg)?, ..base },
-            ScenarioKind::Drift => {
-                let pairs = f64::from(u32::try_from(pair)?);
-                Scene { rig: turned(&base.rig, axis, pairs * self.turn_deg)?, ..base }
             }
         })
     }

@@ -66,6 +66,12 @@ pub enum ScenarioKind {
     Step,
     /// The right camera turns a little with every pair, about a fixed random axis.
     Drift,
+    /// The right camera turns as its mount warms up in the first half of the run, and turns back as it cools down in the
+    /// second: exponential curves, about a fixed random axis.
+    WarmUp,
+    /// Two drives with a long rest between: the vehicle stands still in the middle half of the run. The right camera
+    /// turns once, before the second drive.
+    Drives,
     /// A flight from the ground up and back, with outliers, vibration, thermal drift, and a knock in mid flight.
     Flight,
 }
@@ -92,7 +98,9 @@ impl ScenarioKind {
             | Self::FrontoParallel
             | Self::Parked
             | Self::Step
-            | Self::Drift => depth(3.0, 80.0),
+            | Self::Drift
+            | Self::WarmUp
+            | Self::Drives => depth(3.0, 80.0),
         }
     }
 
@@ -102,6 +110,7 @@ impl ScenarioKind {
         match self {
             Self::Step => 0.5,
             Self::Drift => 0.01,
+            Self::WarmUp | Self::Drives => 0.1,
             Self::Flight => flight::KNOCK_DEG,
             _ => 0.0,
         }
@@ -121,7 +130,7 @@ impl ScenarioKind {
     /// Whether the rig of this kind moves.
     #[must_use]
     pub fn moves(self) -> bool {
-        matches!(self, Self::Step | Self::Drift | Self::Flight)
+        matches!(self, Self::Step | Self::Drift | Self::WarmUp | Self::Drives | Self::Flight)
     }
 }
 

@@ -85,7 +85,8 @@ keys! {
     /// Grid that the coordinates are rounded to, after the noise: continuous (none), {pixels: 0.5} (multiples of 0.5
     /// px), or pyramid (pixels of a random level of an image pyramid: 1.2^level px, level 0 to 7).
     grid: scenario.scene.grid,
-    /// Turn of the right camera, degrees: in mid run in step and flight, with every pair in drift; elsewhere 0.
+    /// Turn of the right camera, degrees: in mid run in step and flight, with every pair in drift, at most in warm-up,
+    /// before the second drive in drives; elsewhere 0.
     turn_deg: scenario.turn_deg,
     /// Axis of turn_deg in the right camera's frame, [x, y, z]; null is a random one.
     axis: scenario.axis,
@@ -162,7 +163,10 @@ impl SceneFile {
         let mut scenario = self.scenario.clone();
         let kind = scenario.kind;
         let turns = scenario.turn_deg != 0.0;
-        ensure!(!turns || kind.moves(), "turn_deg is for the scenes step, drift and flight");
+        ensure!(
+            !turns || kind.moves(),
+            "turn_deg is for the scenes step, drift, warm-up, drives and flight"
+        );
         let axis = scenario.axis.is_some();
         ensure!(!axis || kind.moves(), "axis is for the scenes step, drift and flight");
         let keeps = scenario.landmark_px == 0.0 || kind.keeps_landmarks();

@@ -35,13 +35,14 @@ const DRIFTING_IN_TIME: usize = 98;
 /// a vehicle at rest and of a rig that drifts or flies differ by chance, because a restart forgets whether a scene
 /// repeats the previous one.
 fn is_compared(kind: ScenarioKind) -> bool {
-    use ScenarioKind::{Creeping, Drift, Flight, Parked, ParkedLandmarks};
-    is_campaign() || !matches!(kind, Parked | ParkedLandmarks | Creeping | Drift | Flight)
+    use ScenarioKind::{Creeping, Drift, Drives, Flight, Parked, ParkedLandmarks, WarmUp};
+    is_campaign()
+        || !matches!(kind, Parked | ParkedLandmarks | Creeping | Drift | WarmUp | Drives | Flight)
 }
 
 fn bound(kind: ScenarioKind, usual: f64) -> f64 {
     match kind {
-        ScenarioKind::Drift => DRIFTING,
+        ScenarioKind::Drift | ScenarioKind::WarmUp => DRIFTING,
         ScenarioKind::Flight => (usual + FLIGHT).min(MOST),
         _ => usual,
     }
@@ -141,7 +142,9 @@ fn a_restarted_rig_is_locked_and_armed_within_two_pairs_and_as_good_as_without_a
         // A pair that does not arm the unbroken run need not arm the restarted run.
         let armed_alike = all.iter().filter(|r| r.until[1][1] <= r.until[0][1].max(2)).count();
         let is_late = match kind {
-            ScenarioKind::Drift => 100 * locked.min(armed_alike) < DRIFTING_IN_TIME * all.len(),
+            ScenarioKind::Drift | ScenarioKind::WarmUp => {
+                100 * locked.min(armed_alike) < DRIFTING_IN_TIME * all.len()
+            }
             _ => locked < all.len() || armed < armed_unbroken || armed_alike < all.len(),
         };
         if is_late {

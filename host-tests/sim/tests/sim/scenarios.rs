@@ -204,6 +204,30 @@ fn a_drift_turns_the_rig_by_the_same_angle_with_every_pair() {
 }
 
 #[test]
+fn a_warm_up_turns_the_rig_and_turns_it_back() {
+    let frames = frames(ScenarioKind::WarmUp, 101);
+    let turns: Vec<f64> = frames
+        .iter()
+        .map(|frame| rotation_angle(frame.scene.rig.rotation(), frames[0].scene.rig.rotation()))
+        .map(f64::to_degrees)
+        .collect();
+    assert!(turns[..51].is_sorted() && turns[50..].is_sorted_by(|a, b| a > b), "{turns:?}");
+    // One time constant after the start, and at the end.
+    assert!((turns[10] - 0.0632).abs() < 1e-4 && (turns[50] - 0.0993).abs() < 1e-4, "{turns:?}");
+    assert!(turns[100] < 0.001, "{turns:?}");
+}
+
+#[test]
+fn two_drives_have_a_rest_between_and_a_turn_after_it() {
+    let frames = frames(ScenarioKind::Drives, 20);
+    let is_same = |i: usize| frames[i].pair.clean == frames[i - 1].pair.clean;
+    let is_turned = |i: usize| frames[i].scene.rig != frames[0].scene.rig;
+    for i in 1..20 {
+        assert_eq!([is_same(i), is_turned(i)], [(6..15).contains(&i), i >= 15], "{i}");
+    }
+}
+
+#[test]
 fn a_flight_vibrates_warps_is_knocked_once_and_climbs() {
     let scenario = Scenario::new(ScenarioKind::Flight, 100);
     let calm = Scenario { disturbance: Disturbance::default(), ..scenario.clone() };
