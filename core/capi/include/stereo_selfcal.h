@@ -151,7 +151,7 @@
 /**
  * Size of `selfcal_tracks_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_TRACKS_STORAGE_WORDS (3 + ((66 * SELFCAL_CAPACITY) / 8))
+#define SELFCAL_TRACKS_STORAGE_WORDS (11 + ((66 * SELFCAL_CAPACITY) / 8))
 
 /**
  * Size of `selfcal_tracks_t`, bytes.
@@ -2414,8 +2414,8 @@ selfcal_error_t selfcal_track(const struct selfcal_t *cal,
 /**
  * Adds matches that were tracked from one pair to a later pair while the rig moved by several lengths of its baseline.
  * They separate the yaw of the mount from the apparent yaw of the lens. Call it after the end of the later pair. Up to
- * 256 matches are read, 17 times each. A motion that contradicts the present yaw waits, as a reading of
- * `selfcal_push_range` does.
+ * 256 matches are read, at most 16 times each; on a controller, `selfcal_advance_tracks` divides this into calls. A
+ * motion that contradicts the present yaw waits, as a reading of `selfcal_push_range` does.
  *
  * * `tracked`: array of `count` matches, written by `selfcal_track`.
  * * `witnessed`: effect on the estimate; may be null.
@@ -2456,6 +2456,18 @@ selfcal_error_t selfcal_link_feed_tracked(struct selfcal_link_t *link,
 selfcal_error_t selfcal_push_tracks(struct selfcal_t *cal,
                                     struct selfcal_tracks_t *tracks,
                                     selfcal_witnessed_t *witnessed);
+
+/**
+ * Takes one step of `selfcal_push_tracks`: one pass over at most 256 matches. After at most 16 steps, effect and errors
+ * equal those of `selfcal_push_tracks`, bit for bit. The next frame abandons the steps taken.
+ *
+ * * `ended`: whether no further step is needed; an error ends the steps, too.
+ * * `witnessed`: effect on the estimate, written after the last step; may be null.
+ */
+selfcal_error_t selfcal_advance_tracks(struct selfcal_t *cal,
+                                       struct selfcal_tracks_t *tracks,
+                                       bool *ended,
+                                       selfcal_witnessed_t *witnessed);
 
 #ifdef __cplusplus
 }  // extern "C"
