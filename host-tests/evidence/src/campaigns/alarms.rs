@@ -71,6 +71,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         lens: LensTracking::Report,
         columns,
         quick: None,
+        worst_first: None,
         measure: Measure::Rows(rows),
         chart: None,
     };
