@@ -197,7 +197,7 @@ mod tests {
                 over.push((f64::from(found.turn) - turn).powi(2) / f64::from(found.variance));
             }
             let mean = over.iter().sum::<f64>() / f64::from(u32::try_from(over.len()).unwrap());
-            // Of chi-square with 40 degrees of freedom, 99.9 % are within these limits.
+            // 99.9 % of chi-square with 40 degrees of freedom are within these limits.
             let is_consistent = over.len() >= 37 && (0.4..1.84).contains(&mean);
             assert!(is_consistent, "{turn} {translation:?} {near}: {mean} of {}", over.len());
         }

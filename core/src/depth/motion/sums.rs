@@ -338,7 +338,7 @@ mod tests {
     use nalgebra::{Matrix3, SMatrix};
 
     #[test]
-    fn the_inverse_is_that_of_the_full_matrix_and_none_if_it_has_none() {
+    fn inverse_matches_the_full_matrix_and_is_refused_without_one() {
         let [xx, xy, xz, yy, yz, zz] = [1.3, 0.2, 0.9, 1.1, -0.1, 2.4];
         let c = Symmetric3 { xx, xy, xz, yy, yz, zz };
         let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
@@ -350,7 +350,7 @@ mod tests {
     }
 
     #[test]
-    fn sums_of_a_match_are_those_of_central_differences() {
+    fn sums_of_a_match_equal_central_differences() {
         let r = so3::exp(&Vector3::new(0.02, -0.05, 0.03)).unwrap();
         let t = Vector3::new(-1.0, 0.05, 0.02).normalize();
         let pose = &RectifyingRotations::from(&Extrinsics::try_new(r.matrix(), &t).unwrap());
