@@ -32,8 +32,8 @@ pub enum CameraError {
     /// The image is smaller than 2 x 2 px.
     #[error("image is smaller than 2 x 2 px")]
     ImageSize,
-    /// A distortion coefficient is not finite or above 1e3 in magnitude.
-    #[error("distortion coefficient is not finite or above 1e3")]
+    /// A distortion coefficient is not finite or above 1e3 in magnitude; of a rational lens above 1e5.
+    #[error("distortion coefficient is not finite or out of range")]
     Distortion,
 }
 

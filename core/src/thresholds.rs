@@ -62,6 +62,10 @@ pub(crate) const NEWTON_START: f64 = 0.9;
 /// lenses.
 pub(crate) const MAX_DISTORTION: f64 = 1e3;
 
+/// Largest magnitude of a coefficient of a rational lens: those of numerator and denominator cancel, and calibrations
+/// with some thousands are ordinary inside the image.
+pub(crate) const MAX_RATIONAL: f64 = 1e5;
+
 /// Samples of a lens model up to its limit, and bisections of the interval that holds the fold. Larger numbers cost
 /// time when a camera is set; a smaller number of samples misses a narrow fold, and a smaller number of bisections
 /// loses digits.

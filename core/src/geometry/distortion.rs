@@ -9,7 +9,12 @@ use crate::thresholds::{FOLD_BISECTIONS, FOLD_SAMPLES, MAX_DISTORTION};
 
 /// Refuses coefficients that are not finite or above 1e3 in magnitude.
 pub(super) fn check<T: Scalar>(coefficients: &[T]) -> Result<(), CameraError> {
-    let sane = |k: &T| k.abs() <= T::lit(MAX_DISTORTION);
+    check_within(coefficients, MAX_DISTORTION)
+}
+
+/// Refuses coefficients that are not finite or above `most` in magnitude.
+pub(super) fn check_within<T: Scalar>(coefficients: &[T], most: f64) -> Result<(), CameraError> {
+    let sane = |k: &T| k.abs() <= T::lit(most);
     if coefficients.iter().all(sane) { Ok(()) } else { Err(CameraError::Distortion) }
 }
 

@@ -10,6 +10,10 @@
 //! to be read until they are written (LPC55, with ECC). No word is written twice between two erasures, except behind a
 //! torn record in flash that cannot be read before it is written.
 //!
+//! A loss of power may leave a word whose ECC is wrong. If the controller reports it by a bus fault or an interrupt, the
+//! driver masks that report during a read, and returns an error for the read instead: the store then takes the record as
+//! lost and goes on with another one. A driver that lets the fault reset the device resets it at every start.
+//!
 //! # Ranges
 //!
 //! Each range has two erase blocks; the state may have more. With sectors of 128 kB this is 512 kB in all. A slot of
