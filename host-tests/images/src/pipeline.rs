@@ -34,8 +34,10 @@ pub enum Done {
 /// Reason for a skipped item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Skip {
-    /// An image without a partner, or a damaged part of a bag.
+    /// An image without a partner.
     Alone,
+    /// A damaged part of a bag.
+    Damaged,
     /// An image cannot be read or decoded, or the pair cannot be matched.
     Unreadable,
     /// An image differs in size from those of the rig.
@@ -48,13 +50,14 @@ pub enum Skip {
 
 impl Skip {
     /// All reasons.
-    pub const ALL: [Self; 5] =
-        [Self::Alone, Self::Unreadable, Self::Size, Self::Blank, Self::Exchanged];
+    pub const ALL: [Self; 6] =
+        [Self::Alone, Self::Damaged, Self::Unreadable, Self::Size, Self::Blank, Self::Exchanged];
 
     /// Description that follows a number.
     pub fn words(self) -> &'static str {
         match self {
             Self::Alone => "without a partner",
+            Self::Damaged => "damaged in the bag",
             Self::Unreadable => "that cannot be read",
             Self::Size => "of another size",
             Self::Blank => "that show nothing",
@@ -113,7 +116,7 @@ pub fn first(source: &Source) -> Result<First> {
     let (mut found, mut why) = (None, None);
     source.read(&mut |item| {
         match item {
-            Item::Skipped(_) => {}
+            Item::Skipped(_) | Item::Damaged(_) => {}
             Item::Pair(frames) => match frames.each_ref().map(Frame::picture_and_turn) {
                 [Ok((left, l)), Ok((right, r))] => {
                     found =
@@ -191,6 +194,7 @@ fn processed(item: Item, matcher: &Matcher, sizes: [[u16; 2]; 2]) -> Done {
     let frames = match item {
         Item::Pair(frames) => frames,
         Item::Skipped(why) => return skipped(Skip::Alone, why),
+        Item::Damaged(why) => return skipped(Skip::Damaged, why),
     };
     let name = format!("{} and {}", frames[0], frames[1]);
     let pictures = frames.each_ref().map(Frame::picture);

@@ -1,17 +1,15 @@
 //! Sources of image pairs: folders, data sets, bags.
 //!
-//! A new kind of bag: a module with a function `messages`, and a case in `bag::messages`. A new layout of folders: a row
-//! in `layout`.
+//! A new kind of bag: a module in `bag` with a function `messages`, and a case of `Kind` in `bag::recording`. A new
+//! layout of folders: a row in `layout`.
 
 mod bag;
+mod fields;
 mod folders;
 mod layout;
-mod mcap;
 mod message;
 mod names;
 mod partners;
-mod rosbag;
-mod topics;
 
 use std::fmt;
 use std::ops::ControlFlow;
@@ -24,13 +22,11 @@ use rigs::data::Meta;
 use crate::picture::Picture;
 use crate::shipped::ShippedImages;
 
-use bag::Bag;
-use message::Encoding;
+use bag::{Bag, Recording};
 use partners::PairedFiles;
 
-pub use bag::Infos;
+pub use bag::{Infos, Wanted};
 pub use message::ImageMessage;
-pub use topics::Wanted;
 
 /// An image that is not decoded yet.
 #[derive(Debug, Clone)]
@@ -111,8 +107,10 @@ impl fmt::Display for Frame {
 pub enum Item {
     /// A pair, left first.
     Pair([Frame; 2]),
-    /// Why an item is not a pair, with its name.
+    /// Why an image has no partner, with its name.
     Skipped(String),
+    /// Part of a bag that is damaged, and why.
+    Damaged(String),
 }
 
 /// Receiver of the items; `Break` ends the reading.
@@ -204,7 +202,6 @@ impl Source {
             let kind = Kind::Files { found, side_by_side: false };
             return Ok(Self::new(images.to_string(), rig, kind, tolerance_s));
         }
-        let extension = place.extension().and_then(|e| e.to_str()).unwrap_or_default();
         let is_pattern = place.to_str().is_some_and(|text| text.contains('*'));
         ensure!(
             place.exists() || is_pattern,
@@ -213,19 +210,38 @@ impl Source {
             ShippedImages::ALL.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
         );
         let name = place.display().to_string();
-        let bag = |encoding| -> Result<Self> {
-            let (bag, infos) = Bag::open(place, encoding, wanted)?;
+        let bag = |recording| -> Result<Self> {
+            let (bag, infos) = Bag::open(recording, wanted)?;
             let rig = RigOf::Infos(Box::new(infos));
             Ok(Self::new(name.clone(), rig, Kind::Bag(bag), tolerance_s))
         };
-        match extension {
-            "mcap" => bag(Encoding::Cdr),
-            "bag" => bag(Encoding::Packed),
-            "db3" => bail!(
-                "{name}: a bag of SQLite: convert it (ros2 bag convert -i {name} -o with storage_id mcap), and give the *.mcap"
-            ),
+        if let Some(recording) = Recording::at(place)? {
+            return bag(recording);
+        }
+        let images = Self::of_images(place, wanted, tolerance_s);
+        if images.is_err()
+            && place.is_dir()
+            && let Some(recording) = Recording::in_folder(place)?
+        {
+            return bag(recording);
+        }
+        ensure!(
+            images.is_err() || wanted.window == [None; 2],
+            "--start and --end are for bags: of images in a folder, give those to be read"
+        );
+        images
+    }
+
+    /// A source of image files.
+    fn of_images(place: &Path, wanted: &Wanted, tolerance_s: f64) -> Result<Self> {
+        let is_pattern = place.to_str().is_some_and(|text| text.contains('*'));
+        let name = place.display().to_string();
+        match place.extension().and_then(|e| e.to_str()).unwrap_or_default() {
             "svo" | "svo2" => bail!(
                 "{name}: a recording of ZED: export its left and right images (ZED_SVO_Editor, or the SDK's svo_export), and give the folders"
+            ),
+            "mp4" | "avi" | "mkv" | "mov" | "webm" => bail!(
+                "{name}: a video: extract its images, `ffmpeg -i FILE left/%06d.png`, and give the folders of both cameras"
             ),
             _ if place.is_dir() && !wanted.side_by_side => match layout::Layout::of(place) {
                 Ok(layout) => {
@@ -254,7 +270,7 @@ impl Source {
                 Ok(Self::side_by_side(name, images, tolerance_s))
             }
             _ => bail!(
-                "{name}: a folder, an MCAP file (*.mcap) or a ROS 1 bag (*.bag) is expected; if there are two folders or \
+                "{name}: a folder, or a bag (*.mcap, *.db3, *.bag, or its folder) is expected; if there are two folders or \
                  patterns, give both"
             ),
         }
@@ -275,14 +291,7 @@ impl Source {
     /// The chosen topics, or that pictures are halved, in words; `None` for plain left and right files.
     pub fn choice(&self) -> Option<String> {
         match &self.kind {
-            Kind::Bag(bag) => {
-                let [left, right] = &bag.topics.0;
-                Some(if bag.topics.is_side_by_side() {
-                    format!("topic {}: left and right halves", left.name)
-                } else {
-                    format!("topics: left {}, right {}", left.name, right.name)
-                })
-            }
+            Kind::Bag(bag) => Some(bag.choice()),
             Kind::Files { side_by_side: true, .. } => {
                 Some("pictures of both cameras: left and right halves".into())
             }
@@ -292,6 +301,12 @@ impl Source {
 
     /// Why the source has no pairs, in words, with the difference of the nearest time stamps.
     pub fn without_pairs(&self) -> String {
+        if matches!(&self.kind, Kind::Bag(bag) if bag.has_window()) {
+            return format!(
+                "no pairs of images in {} between --start and --end, which count from its first image",
+                self.name
+            );
+        }
         let nearest = match &self.kind {
             Kind::Files { found, .. } => found.nearest_s.filter(|s| *s < FAR_S),
             Kind::Bag(_) => self.nearest_stamps(),

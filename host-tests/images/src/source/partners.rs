@@ -8,6 +8,9 @@ use super::names;
 /// Largest number of images of a side that wait for a partner.
 const WAITING: usize = 64;
 
+/// Largest length of all images that wait for a partner, bytes.
+const WAITING_BYTES: usize = 256 << 20;
+
 /// Pairs of files, and files without a partner.
 #[derive(Debug, Default)]
 pub(super) struct PairedFiles {
@@ -40,7 +43,7 @@ pub(super) fn of_files([left, right]: [Vec<PathBuf>; 2], tolerance_s: f64) -> Pa
         }
     };
     for (stamp, side, path) in events {
-        take(partners.push(side, stamp, path));
+        take(partners.push(side, stamp, 0, path));
     }
     take(partners.finish());
     found
@@ -74,7 +77,15 @@ pub(super) enum Partner<T> {
 #[derive(Debug)]
 pub(super) struct Partners<T> {
     tolerance_s: f64,
-    waiting: [VecDeque<(f64, T)>; 2],
+    waiting: [VecDeque<Waiting<T>>; 2],
+}
+
+/// An image that waits for a partner.
+#[derive(Debug)]
+struct Waiting<T> {
+    stamp: f64,
+    bytes: usize,
+    image: T,
 }
 
 impl<T> Partners<T> {
@@ -83,28 +94,42 @@ impl<T> Partners<T> {
     }
 
     /// Adds an image; returns the images whose fate it decides.
-    pub(super) fn push(&mut self, side: usize, stamp: f64, image: T) -> Vec<Partner<T>> {
-        self.waiting[side].push_back((stamp, image));
+    ///
+    /// * `bytes`: memory that the image takes.
+    pub(super) fn push(
+        &mut self,
+        side: usize,
+        stamp: f64,
+        bytes: usize,
+        image: T,
+    ) -> Vec<Partner<T>> {
+        self.waiting[side].push_back(Waiting { stamp, bytes, image });
         let mut decided = Vec::new();
-        while let [Some((l, _)), Some((r, _))] = self.waiting.each_ref().map(VecDeque::front) {
-            let late = r - l;
+        while let [Some(l), Some(r)] = self.waiting.each_ref().map(VecDeque::front) {
+            let late = r.stamp - l.stamp;
             let alone = if late > self.tolerance_s {
                 0
             } else if late < -self.tolerance_s {
                 1
             } else {
                 let [l, r] = self.waiting.each_mut().map(VecDeque::pop_front);
-                decided.extend(l.zip(r).map(|((_, l), (_, r))| Partner::Pair([l, r])));
+                decided.extend(l.zip(r).map(|(l, r)| Partner::Pair([l.image, r.image])));
                 continue;
             };
             self.drop_first(alone, &mut decided);
         }
         for side in 0..2 {
-            if self.waiting[side].len() > WAITING {
+            while self.waits_too_long(side) {
                 self.drop_first(side, &mut decided);
             }
         }
         decided
+    }
+
+    fn waits_too_long(&self, side: usize) -> bool {
+        let waiting = &self.waiting[side];
+        let bytes: usize = waiting.iter().map(|one| one.bytes).sum();
+        waiting.len() > WAITING || (waiting.len() > 1 && bytes > WAITING_BYTES)
     }
 
     /// Gives up the images that still wait at the end.
@@ -119,8 +144,7 @@ impl<T> Partners<T> {
     }
 
     fn drop_first(&mut self, side: usize, decided: &mut Vec<Partner<T>>) {
-        decided
-            .extend(self.waiting[side].pop_front().map(|(_, image)| Partner::Alone(side, image)));
+        decided.extend(self.waiting[side].pop_front().map(|one| Partner::Alone(side, one.image)));
     }
 }
 
@@ -213,8 +237,11 @@ mod tests {
     #[test]
     fn images_of_a_stream_without_partners_are_dropped() {
         let mut partners = Partners::new(0.01);
-        let alone: usize = (0..1000).map(|i| partners.push(0, f64::from(i), i).len()).sum();
+        let alone: usize = (0..1000).map(|i| partners.push(0, f64::from(i), 0, i).len()).sum();
         assert_eq!(alone, 1000 - WAITING);
-        assert_eq!(partners.push(1, 999.0, -1).last(), Some(&Partner::Pair([999, -1])));
+        assert_eq!(partners.push(1, 999.0, 0, -1).last(), Some(&Partner::Pair([999, -1])));
+        let mut partners = Partners::new(0.01);
+        let most = (0..20).map(|i| partners.push(0, f64::from(i), WAITING_BYTES / 4, i).len());
+        assert_eq!(most.sum::<usize>(), 20 - 4);
     }
 }

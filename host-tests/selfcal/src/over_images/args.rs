@@ -15,8 +15,8 @@ use crate::args::rig::RigArgs;
 /// Images and their rig.
 #[derive(Debug, Args)]
 pub(crate) struct SourceArgs {
-    /// A folder, an MCAP file (*.mcap), a ROS 1 bag (*.bag), or the left and the right folder, file or quoted pattern.
-    /// Or images of the project: chess, motorcycle, aloe. Or a folder or pattern of pictures with both cameras side by
+    /// A folder, a bag (*.mcap, *.db3, ROS 1's *.bag, or the folder of `ros2 bag record`), or the left and the right
+    /// folder, file or quoted pattern. Or images of the project: chess, motorcycle, aloe. Or a folder or pattern of pictures with both cameras side by
     /// side.
     #[arg(required = true, num_args = 1..=2, value_name = "SOURCE")]
     pub(super) source: Vec<PathBuf>,
@@ -58,6 +58,14 @@ pub(crate) struct SourceArgs {
     #[arg(long, default_value_t = 0.005, value_name = "S")]
     pub(super) tolerance: f64,
 
+    /// Take the pairs of a bag from this time on, s after its first image.
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub(super) start: Option<f64>,
+
+    /// Take the pairs of a bag up to this time, s after its first image.
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub(super) end: Option<f64>,
+
     /// Take every so many pairs.
     #[arg(long, default_value_t = 1, value_name = "N", value_parser = at_least_one)]
     pub(super) every: usize,
@@ -83,6 +91,11 @@ pub(crate) struct SourceArgs {
 
 fn at_least_one(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| *n > 0).ok_or_else(|| format!("`{text}` is not a number from 1"))
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|s: &f64| *s >= 0.0 && s.is_finite());
+    seconds.ok_or_else(|| format!("`{text}` is not a time from 0 s"))
 }
 
 fn cut(text: &str) -> Result<Cut, String> {

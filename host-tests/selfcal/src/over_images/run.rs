@@ -50,7 +50,7 @@ impl SourceArgs {
     ///
     /// * `frames`: file for the matches as frames of the link.
     /// * `out`: folder for rig and matches as a data set.
-    /// * `quiet`: of the pairs, prints only the skipped ones.
+    /// * `quiet`: prints no line for a pair; a terminal shows the progress.
     pub(crate) fn run(
         &self,
         frames: Option<&Path>,
@@ -63,6 +63,7 @@ impl SourceArgs {
             left: self.left_topic.clone(),
             right: self.right_topic.clone(),
             side_by_side: self.side_by_side,
+            window: [self.start, self.end],
         };
         let mut source = Source::open(&self.source, &wanted, self.tolerance)?;
         if let Some(choice) = source.choice() {
@@ -74,7 +75,7 @@ impl SourceArgs {
             keypoints: self.keypoints,
             ..MatcherConfig::default()
         };
-        let rig = self.start(&mut source, &first, matcher)?;
+        let rig = self.starting_rig(&mut source, &first, matcher)?;
         let selection = Selection { every: self.every, most: self.pairs.unwrap_or(usize::MAX) };
         let count = source.count.map(|n| n.div_ceil(self.every).min(selection.most));
         let mut live = Live::new(count, quiet);
@@ -87,6 +88,8 @@ impl SourceArgs {
 
     fn check(&self) -> Result<()> {
         ensure!((0.1..=20.0).contains(&self.prior), "the prior must be from 0.1 to 20 degrees");
+        let is_empty = self.start.zip(self.end).is_some_and(|(start, end)| start >= end);
+        ensure!(!is_empty, "--start must be before --end");
         let (knock, most) = (self.knock.unwrap_or(0.0), self.prior);
         ensure!(
             knock.abs() <= most,
@@ -96,7 +99,7 @@ impl SourceArgs {
     }
 
     /// The rig that the run starts from: the first of the rigs, turned by the knock.
-    fn start(
+    fn starting_rig(
         &self,
         source: &mut Source,
         first: &First,

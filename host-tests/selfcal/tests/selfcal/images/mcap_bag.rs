@@ -74,7 +74,7 @@ pub(crate) fn info(topic: &str, right: bool) -> Info {
 }
 
 impl Info {
-    fn message(&self) -> Vec<u8> {
+    pub(crate) fn message(&self) -> Vec<u8> {
         let mut cdr = Cdr::header(0, 0);
         let [width, height] = self.size;
         cdr.u32(height);

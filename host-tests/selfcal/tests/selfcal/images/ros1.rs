@@ -1,8 +1,9 @@
 //! ROS 1 bags, written here by their format: images and calibration, whole and cut short.
 
 use std::fs;
-use std::io::Cursor;
+use std::io::{Cursor, Write};
 
+use bzip2::write::BzEncoder;
 use image::{GrayImage, ImageFormat};
 
 use crate::call::check;
@@ -12,6 +13,7 @@ use crate::images::scene::{SIZE, camera_info, moving};
 const MESSAGE: u8 = 2;
 const BAG: u8 = 3;
 const CHUNK: u8 = 5;
+const CHUNK_INFO: u8 = 6;
 const CONNECTION: u8 = 7;
 
 fn u32s(n: usize) -> [u8; 4] {
@@ -75,8 +77,28 @@ fn info(right: bool) -> Vec<u8> {
     [&header(0, 0), &height[..], &width, &counted(b"plumb_bob"), &u32s(5), &d, &k, &r, &p].concat()
 }
 
-/// A bag of four moments in as many chunks: left raw, right compressed and 2 ms late, one right image lost.
-fn bag() -> Vec<u8> {
+/// A chunk, packed by a compression of ROS 1.
+fn chunk(compression: &str, content: &[u8]) -> Vec<u8> {
+    let packed = match compression {
+        "lz4" => {
+            let mut out = lz4_flex::frame::FrameEncoder::new(Vec::new());
+            out.write_all(content).unwrap();
+            out.finish().unwrap()
+        }
+        "bz2" => {
+            let mut out = BzEncoder::new(Vec::new(), bzip2::Compression::fast());
+            out.write_all(content).unwrap();
+            out.finish().unwrap()
+        }
+        _ => content.to_vec(),
+    };
+    let of: [(&str, &[u8]); 2] =
+        [("compression", compression.as_bytes()), ("size", &u32s(content.len()))];
+    record(CHUNK, &of, &packed)
+}
+
+/// A bag with a chunk for each moment: left raw, right compressed and 2 ms late, the right image of moment 2 lost.
+pub(crate) fn bag(moments: &[[GrayImage; 2]], compression: &str) -> Vec<u8> {
     let topics = [
         ("/stereo/left/image_raw", "Image"),
         ("/stereo/right/image_raw/compressed", "CompressedImage"),
@@ -85,8 +107,8 @@ fn bag() -> Vec<u8> {
     ];
     let connections: Vec<u8> =
         (0..).zip(topics).flat_map(|(id, (topic, kind))| connection(id, topic, kind)).collect();
-    let mut chunks = Vec::new();
-    for (i, [l, r]) in moving(4).iter().enumerate() {
+    let (mut chunks, mut index) = (Vec::new(), connections.clone());
+    for (i, [l, r]) in moments.iter().enumerate() {
         let mut content = Vec::new();
         if i == 0 {
             content.extend(connections.clone());
@@ -96,42 +118,52 @@ fn bag() -> Vec<u8> {
         if i != 2 {
             content.extend(message(1, 100 + i, &compressed(r, (100 + i, 2_000_000))));
         }
-        let size = u32s(content.len());
-        chunks.extend(record(CHUNK, &[("compression", b"none"), ("size", &size)], &content));
+        // The number of messages of each connection.
+        let infos = usize::from(i == 0);
+        let counts = [1, usize::from(i != 2), infos, infos];
+        let counts: Vec<u8> =
+            counts.iter().enumerate().flat_map(|(id, n)| [u32s(id), u32s(*n)].concat()).collect();
+        index.extend(record(CHUNK_INFO, &[("ver", &u32s(1)), ("count", &u32s(4))], &counts));
+        chunks.extend(chunk(compression, &content));
     }
     let magic = b"#ROSBAG V2.0\n";
     // The header of the bag fills 4096 bytes.
-    let head = |index: usize, padding: usize| {
+    let head = |at: usize, padding: usize| {
         let of: [(&str, &[u8]); 3] = [
-            ("index_pos", &u64::try_from(index).unwrap().to_le_bytes()),
+            ("index_pos", &u64::try_from(at).unwrap().to_le_bytes()),
             ("conn_count", &u32s(topics.len())),
-            ("chunk_count", &u32s(4)),
+            ("chunk_count", &u32s(moments.len())),
         ];
         record(BAG, &of, &vec![b' '; padding])
     };
     let padding = 4096 - head(0, 0).len();
-    let index = magic.len() + 4096 + chunks.len();
-    [&magic[..], &head(index, padding), &chunks, &connections].concat()
+    let at = magic.len() + 4096 + chunks.len();
+    [&magic[..], &head(at, padding), &chunks, &index].concat()
 }
 
 #[test]
-fn a_ros_1_bag_gives_its_pairs_and_its_rig_and_cut_short_it_is_refused_by_name() {
+fn a_ros_1_bag_gives_its_pairs_and_its_rig_and_cut_short_it_says_what_is_lost() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("whole.bag");
-    let bytes = bag();
-    fs::write(&path, &bytes).unwrap();
-    let (json, said) = check(&path, &[]);
-    let err = said.err;
-    assert_eq!(json["run"]["pairs"], 3, "{err}");
-    assert_eq!(json["skipped"], "1 without a partner", "{err}");
-    assert_eq!(json["rig_guessed"], false);
-
+    let moments = moving(4);
+    for compression in ["none", "lz4", "bz2"] {
+        fs::write(&path, bag(&moments, compression)).unwrap();
+        let (json, said) = check(&path, &[]);
+        assert_eq!(json["run"]["pairs"], 3, "{compression} {}", said.err);
+        assert_eq!(json["skipped"], "1 without a partner", "{}", said.err);
+        assert_eq!(json["rig_guessed"], false);
+    }
+    let bytes = bag(&moments, "none");
     let cut = dir.path().join("cut.bag");
     fs::write(&cut, &bytes[..bytes.len() * 2 / 3]).unwrap();
-    let err = check(&cut, &[]).1.err;
-    assert!(err.contains("cut.bag") && err.contains("rosbag reindex"), "{err}");
-    assert!(!err.contains("panicked"), "{err}");
+    let (json, said) = check(&cut, &[]);
+    let lost = said.err.contains("cut.bag: the rest is lost") && said.err.contains("reindex");
+    assert!(lost, "{}", said.err);
+    assert!(json["run"]["pairs"].as_u64().is_some_and(|n| (1..3).contains(&n)), "{json}");
     fs::write(&cut, b"nothing").unwrap();
     let err = check(&cut, &[]).1.err;
     assert!(err.contains("error") && err.contains("cut.bag"), "{err}");
+    let old = [b"#ROSBAG V1.2\n", &bytes[13..]].concat();
+    fs::write(&cut, old).unwrap();
+    assert!(check(&cut, &[]).1.err.contains("rosbag migrate"));
 }

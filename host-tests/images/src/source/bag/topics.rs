@@ -15,6 +15,8 @@ pub struct Wanted {
     pub right: Option<String>,
     /// Whether one topic has pictures of both cameras, left and right halves.
     pub side_by_side: bool,
+    /// Begin and end of the pairs of a bag that are read, s after its first image.
+    pub window: [Option<f64>; 2],
 }
 
 /// A topic of images.
