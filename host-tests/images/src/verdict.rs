@@ -5,14 +5,14 @@ use std::fmt;
 use anyhow::Result;
 use serde::Serialize;
 use sim::run::{Estimate, Recommendation, Summary};
-use stereo_selfcal::{Reason, State};
+use stereo_selfcal::{Cause, Reason, State};
 
 use crate::coverage::Coverage;
 use crate::moments;
 use crate::session::Session;
 
 /// RMS row offset from which on a matcher that searches along rows misses, px; the same limit as the core's default for
-/// `Verdict::rows_px`.
+/// `Recommendation::rows_px`.
 const BAD_PX: f64 = 1.0;
 
 /// The estimate improves the rows if its RMS row offset is below this share of the RMS row offset in use.
@@ -21,11 +21,50 @@ const IMPROVEMENT: f64 = 0.9;
 /// Share of all matches in row with the estimate, below which the pairs count as fitting no rig.
 const IN_ROW: f64 = 0.5;
 
+/// Least number of pairs that must agree before the calibrator confirms an estimate.
+const PAIRS_TO_AGREE: usize = 4;
+
+/// Why a verdict is [`Recommendation::Unknown`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Unknown {
+    /// There are fewer pairs than must agree.
+    TooFewPairs,
+    /// Left and right images show different moments.
+    NotOneMoment,
+    /// No pair has enough matches for an estimate.
+    TooFewMatches,
+    /// Most matches fit no rig: the lens is wrong, or pairs are mixed.
+    NoRigFits,
+    /// The pairs do not agree on an estimate.
+    NotConfirmed,
+    /// The calibrator names a cause.
+    CauseNamed,
+    /// The rows are right, but the calibrator would not arm.
+    MustNotArm,
+}
+
+impl fmt::Display for Unknown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::TooFewPairs => "too few pairs",
+            Self::NotOneMoment => "left and right not of one moment",
+            Self::TooFewMatches => "too few matches",
+            Self::NoRigFits => "no rig fits",
+            Self::NotConfirmed => "not confirmed",
+            Self::CauseNamed => "a cause is named",
+            Self::MustNotArm => "must not arm",
+        })
+    }
+}
+
 /// A verdict with its reasons and numbers: the JSON of `selfcal check`.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
     /// Recommended action.
     pub verdict: Recommendation,
+    /// Why the verdict is unknown; null if it is known.
+    pub unknown: Option<Unknown>,
     /// Reasons, the worst first.
     pub reasons: Vec<String>,
     /// Whether the intrinsics are a guess.
@@ -62,7 +101,8 @@ impl Report {
             reasons.push("the intrinsics are a guess: yaw and t cannot be trusted".into());
         }
         Ok(Self {
-            verdict,
+            verdict: verdict.unwrap_or(Recommendation::Unknown),
+            unknown: verdict.err(),
             reasons,
             rig_guessed: guessed,
             skipped: session.skipped_in_words(),
@@ -74,34 +114,39 @@ impl Report {
     }
 }
 
-fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> Recommendation {
+fn verdict(
+    session: &Session,
+    summary: &Summary,
+    reasons: &mut Vec<String>,
+) -> Result<Recommendation, Unknown> {
     if let Some(shift) = session.shift {
         reasons.push(format!(
             "left and right show different moments: right images moved by {} pairs fit {} matches a pair, unmoved {}",
             -shift.pairs, shift.shifted, shift.matches
         ));
-        return Recommendation::Unknown;
+        return Err(Unknown::NotOneMoment);
     }
     let rows = summary.rms_px_before.zip(summary.rms_px_after).zip(summary.in_row);
     let (Some(fused), Some(((before, after), [_, in_row]))) = (session.log.fused(), rows) else {
         reasons.push("no pair could be fused: too few matches, or all on one line or plane".into());
-        return Recommendation::Unknown;
+        return Err(Unknown::TooFewMatches);
     };
     if in_row < IN_ROW {
         let share = 100.0 * in_row;
         reasons.push(format!(
             "only {share:.0} % of the matches fit any one rig: wrong lens, or pairs mixed"
         ));
-        return Recommendation::Unknown;
+        return Err(Unknown::NoRigFits);
     }
     if fused.state != State::Locked {
         let pairs = summary.pairs;
         reasons.push(format!(
-            "not confirmed: {} after {pairs} pair{}; at least four must agree",
+            "not confirmed: {} after {pairs} pair{}; at least {PAIRS_TO_AGREE} must agree",
             fused.state,
             if pairs == 1 { "" } else { "s" }
         ));
-        return Recommendation::Unknown;
+        let few = pairs < PAIRS_TO_AGREE;
+        return Err(if few { Unknown::TooFewPairs } else { Unknown::NotConfirmed });
     }
     reasons.extend(doubt_in_words(fused));
     let (verdict, reason) = of_rows(before, after);
@@ -112,14 +157,15 @@ fn verdict(session: &Session, summary: &Summary, reasons: &mut Vec<String>) -> R
                 0,
                 format!("likely cause: {}", judged.cause.as_deref().unwrap_or_default()),
             );
-            Recommendation::Unknown
+            let moments = judged.cause == Some(Cause::Moments.to_string());
+            Err(if moments { Unknown::NotOneMoment } else { Unknown::CauseNamed })
         }
         // The rows are right, and the core knows why the calibration is not confirmed nevertheless.
         Some(judged) if verdict == Recommendation::Good && !judged.may_arm => {
             reasons.insert(0, judged.reasons.join(", "));
-            Recommendation::Unknown
+            Err(Unknown::MustNotArm)
         }
-        _ => verdict,
+        _ => Ok(verdict),
     }
 }
 
@@ -155,8 +201,9 @@ fn of_rows(before: f64, after: f64) -> (Recommendation, String) {
 impl fmt::Display for Report {
     /// The verdict in one line.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { verdict, reasons, summary, .. } = self;
-        write!(f, "{verdict}: {}", reasons.join("; "))?;
+        let Self { verdict, unknown, reasons, summary, .. } = self;
+        let why = unknown.map(|why| format!(" ({why})")).unwrap_or_default();
+        write!(f, "{verdict}{why}: {}", reasons.join("; "))?;
         if let Some(judged) = &summary.verdict {
             let arming = if judged.may_arm { "may arm" } else { "must not arm" };
             let px = |px: Option<f64>| px.map_or("-".into(), |px| format!("{px:.1} px"));

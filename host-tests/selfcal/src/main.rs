@@ -35,5 +35,6 @@ struct Cli {
 }
 
 fn main() -> ExitCode {
-    sim::exit(Cli::parse().command.run())
+    let command = Cli::parse().command;
+    sim::exit(command.run().inspect_err(|error| command.say_error(error)))
 }

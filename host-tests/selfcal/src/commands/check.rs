@@ -8,6 +8,7 @@ use clap::Args;
 use images::score::{Candidate, Scores};
 use images::verdict::Report;
 
+use super::json_of;
 use crate::over_images::{Ran, SourceArgs, name};
 
 /// Report in one line and by exit status whether a rig still fits its calibration, for a production line or a nightly
@@ -23,8 +24,9 @@ use crate::over_images::{Ran, SourceArgs, name};
   selfcal check nightly/ --rig factory.yaml --rig calibrated/camchain.yaml --hold-out
 
 Exit status: 0 good; 10 improvable: rows within 1 px, but the estimate aligns them better; 20 recalibrate: rows 1 px
-off or more; 30 unknown: the images do not decide, or the calibrator would not arm, and the reasons say why; 130 stopped
-by Ctrl-C, without a verdict; 1 error.")]
+off or more; 30 unknown: the line says why in brackets, and the JSON in `unknown`: too_few_pairs, not_one_moment,
+too_few_matches, no_rig_fits, not_confirmed, cause_named, must_not_arm; 130 stopped by Ctrl-C, without a verdict; 1 error.
+With --json, an error is an object with `error` too.")]
 pub(crate) struct CheckArgs {
     #[command(flatten)]
     source: SourceArgs,
@@ -35,14 +37,18 @@ pub(crate) struct CheckArgs {
 
     /// Print one JSON object instead of the line. Angles in rad.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 /// Runs `selfcal check`.
 pub(crate) fn check(args: &CheckArgs) -> Result<ExitCode> {
     let ran = args.source.run(None, None, true)?;
     if ran.session.stopped {
-        eprintln!("stopped after {} pairs: no verdict", ran.session.pairs);
+        let why = anyhow::anyhow!("stopped after {} pairs: no verdict", ran.session.pairs);
+        if args.json {
+            writeln!(io::stdout(), "{:#}", json_of(&why))?;
+        }
+        eprintln!("{why}");
         return Ok(ExitCode::from(130));
     }
     let report = Report::of(&ran.session, ran.rig.guessed)?;

@@ -60,7 +60,7 @@ pub(crate) struct ImagesArgs {
 
     /// Print only one JSON object on standard output. Angles in rad.
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
 }
 
 /// Runs `selfcal images`.

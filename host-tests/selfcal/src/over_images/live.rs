@@ -1,4 +1,4 @@
-//! Progress of a run over images: on a terminal a bar with the latest pair, elsewhere a line for each pair.
+//! Progress of a run over images: on a terminal a bar with the latest pair, elsewhere a line for each pair, if wanted.
 
 use std::io::{self, Write};
 
@@ -12,7 +12,7 @@ const NAMED: usize = 10;
 /// Shows a run on standard error.
 pub(crate) struct Live {
     bar: ProgressBar,
-    /// Whether only skipped pairs are printed.
+    /// Whether no line is printed for a pair.
     quiet: bool,
     skipped: usize,
 }
@@ -21,10 +21,9 @@ impl Live {
     /// A view of a run.
     ///
     /// * `count`: number of pairs, if known.
-    /// * `quiet`: shows only skipped pairs.
+    /// * `quiet`: prints no line for a pair; a terminal shows the bar.
     pub(crate) fn new(count: Option<usize>, quiet: bool) -> Self {
         let bar = match count {
-            _ if quiet => ProgressBar::hidden(),
             Some(count) => styled(
                 ProgressBar::new(count as u64),
                 "{bar:10} {pos}/{len}, {eta} left: {wide_msg}",
