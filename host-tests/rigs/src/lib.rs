@@ -12,6 +12,7 @@
     reason = "only this workspace uses the package"
 )]
 
+mod bounded;
 pub mod data;
 pub mod formats;
 mod read;

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 
+use crate::bounded;
 use crate::data::{Dataset, Meta};
 use crate::formats::{self, Unknowns};
 
@@ -27,6 +28,7 @@ fn is_ours(place: &Path) -> bool {
     if !place.exists() {
         return place.extension().is_none();
     }
-    let text = std::fs::read_to_string(place).unwrap_or_default();
+    let bytes = bounded::bytes(place).unwrap_or_default();
+    let text = String::from_utf8_lossy(&bytes);
     text.contains("\"K_l\"") && text.contains("\"dist_l\"")
 }

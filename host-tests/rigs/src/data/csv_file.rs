@@ -1,8 +1,10 @@
 //! CSV files with rows of one type.
 
+use std::fs::File;
+use std::io::Read;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Error, Result, anyhow};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
@@ -10,7 +12,51 @@ use serde::de::DeserializeOwned;
 pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Vec<T>> {
     let read = || csv::Reader::from_path(path)?.into_deserialize().collect();
     let rows: Result<_, csv::Error> = read();
-    rows.with_context(|| format!("cannot read {}", path.display()))
+    rows.map_err(|why| in_words(path, &why))
+        .with_context(|| format!("cannot read {}", path.display()))
+}
+
+/// An error in words of a user: the cause that the first bytes show, or the line.
+fn in_words(path: &Path, why: &csv::Error) -> Error {
+    if let csv::ErrorKind::Io(why) = why.kind() {
+        return anyhow!("{why}");
+    }
+    let mut start = Vec::new();
+    // Without the first bytes the line is named.
+    let _ = File::open(path).map(|file| file.take(FIRST).read_to_end(&mut start));
+    let line = why.position().map_or(0, csv::Position::line);
+    let field = match why.kind() {
+        csv::ErrorKind::Deserialize { err, .. } => err.field(),
+        _ => None,
+    };
+    let field = field.map_or(String::new(), |field| format!(", column {}", field + 1));
+    match cause(&start) {
+        Some(cause) => anyhow!("{cause}"),
+        None => anyhow!(
+            "line {line}{field}: expected as many fields as the first line has names, and finite numbers in them"
+        ),
+    }
+}
+
+/// Number of the first bytes that tell a cause.
+const FIRST: u64 = 4096;
+
+/// Why bytes are no CSV with commas, if their start shows it.
+pub(super) fn cause(start: &[u8]) -> Option<&'static str> {
+    let line = start.split(|byte| *byte == b'\n').next().unwrap_or_default();
+    match start {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => Some("it is UTF-16: save it as UTF-8"),
+        _ if start.contains(&0) => {
+            Some("it has bytes of 0, so it is no text: save it as CSV in UTF-8")
+        }
+        _ if line.contains(&b';') => Some(
+            "its columns are separated by semicolons: save it with commas between columns, and points in numbers",
+        ),
+        _ if line.contains(&b'\t') && !line.contains(&b',') => {
+            Some("its columns are separated by tabs: save it with commas")
+        }
+        _ => None,
+    }
 }
 
 /// As [`read`], for the file of a pair in a folder. A pair without a file has no rows.

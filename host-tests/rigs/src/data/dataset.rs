@@ -176,6 +176,6 @@ mod tests {
         let path = dir.path().join("0007.csv");
         fs::write(&path, "ul,vl,ur,vr,score\n1,2,3,4,1\n1,2,x,4,1\n").unwrap();
         let error = format!("{:#}", csv_file::read::<Match>(&path).unwrap_err());
-        assert!(error.contains("0007.csv") && error.contains("line: 3"), "{error}");
+        assert!(error.contains("0007.csv") && error.contains("line 3, column 3"), "{error}");
     }
 }

@@ -10,6 +10,7 @@ use std::io::{BufRead, Read};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use super::csv_file::cause;
 use super::frame_numbers::FrameNumbers;
 use super::matches::Match;
 
@@ -73,6 +74,9 @@ impl<R: BufRead> FrameRows<R> {
                 return Ok(None);
             }
             self.line += 1;
+            if let Some(cause) = cause(&bytes).filter(|_| self.fields == 0 || bytes.contains(&0)) {
+                bail!("line {}: {cause}", self.line);
+            }
             let text = String::from_utf8(bytes).ok().filter(|text| text.len() <= LONGEST_LINE);
             let text = text.with_context(|| {
                 format!("line {}: not text, or longer than {LONGEST_LINE} bytes", self.line)
@@ -208,6 +212,9 @@ mod tests {
         let good = "frame,ul,vl,ur,vr\n0,1,2,3,4\n";
         for (text, said) in [
             (String::new(), "empty"),
+            ("frame;ul;vl;ur;vr\n0;1,5;2;3;4\n".into(), "semicolons"),
+            ("frame\tul\tvl\n".into(), "tabs"),
+            ("\u{0}f\u{0}r\n".into(), "bytes of 0"),
             ("0,1,2,3,4\n".into(), "line 1: there is no header"),
             ("\nframe,ul,vl,ur\n".into(), "line 2: there is no column `vr`"),
             ("frame,ul,vl,ur,vr,scores\n".into(), "`scores` is not one"),

@@ -1,6 +1,5 @@
 //! A rig in the form of a data set's `meta.json`.
 
-use std::fs;
 use std::path::Path;
 
 use anyhow::{Context, Error, Result, anyhow, ensure};
@@ -11,6 +10,7 @@ use stereo_selfcal::{Calibration, Camera, Cameras, Extrinsics, Intrinsics, Lens,
 
 use super::geometry::{Rows, matrix};
 use super::sign::WrongSign;
+use crate::bounded;
 
 /// A rig in the form of `meta.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -110,10 +110,10 @@ impl Meta {
 
     /// Reads a `meta.json`.
     pub(super) fn read(path: &Path) -> Result<Self> {
-        let text =
-            fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
+        let bytes =
+            bounded::bytes(path).with_context(|| format!("cannot read {}", path.display()))?;
         let read = || -> Result<Self> {
-            let meta: Self = serde_json::from_str(&text).map_err(|why| in_words(&why))?;
+            let meta: Self = serde_json::from_slice(&bytes).map_err(|why| in_words(&why))?;
             meta.check_reference()?;
             Ok(meta)
         };
@@ -127,6 +127,10 @@ impl Meta {
         ensure!(r || !t, "t without R: a reference has both");
         Ok(WrongSign::check(&self.r, self.t)?)
     }
+
+    /// Key in [`Meta::other`]: largest element of `R^T R - 1` of the `R` in the file that was read, if its digits were few
+    /// and it was made orthonormal.
+    pub const ROUNDED: &str = "R_rounded_by";
 
     /// Key in [`Meta::other`]: whether a calibration measured `R` and `t`, so that by default a run starts from them.
     /// Otherwise they are only the reference that a run is compared with.

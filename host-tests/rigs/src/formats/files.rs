@@ -8,15 +8,13 @@ use anyhow::{Context, Result, ensure};
 
 use super::node::{Node, Value};
 use super::syntax;
+use crate::bounded;
 
 /// Endings of the rig files of a folder, in the order of preference.
 const ENDINGS: [&str; 6] = ["yaml", "yml", "json", "xml", "txt", "conf"];
 
 /// The files of a COLMAP model that describe its rig.
 const COLMAP: [&str; 3] = ["cameras.txt", "rigs.txt", "rig_config.json"];
-
-/// Longest file of a rig, bytes.
-const LONGEST: u64 = 4 << 20;
 
 /// A file to be written.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -160,9 +158,7 @@ impl fmt::Display for Files {
 }
 
 fn text(path: &Path) -> Result<String> {
-    let length = fs::metadata(path)?.len();
-    ensure!(length <= LONGEST, "{length} bytes: a rig file is shorter");
-    syntax::text_of(fs::read(path)?)
+    syntax::text_of(bounded::bytes(path)?)
 }
 
 /// The rig files of a folder: those of a COLMAP model if there are at least two. Otherwise the files with the first of

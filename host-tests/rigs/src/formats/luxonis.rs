@@ -114,9 +114,24 @@ fn way(sockets: &[Socket<'_>], left: &Socket<'_>, right: &Socket<'_>) -> Result<
     )
 }
 
-/// The number of a socket, or of a kind of camera.
+/// Names of the sockets by their numbers, and older ones.
+#[rustfmt::skip]
+const SOCKETS: [(&str, i32); 12] = [
+    ("AUTO", -1), ("CAM_A", 0), ("CAM_B", 1), ("CAM_C", 2), ("CAM_D", 3), ("CAM_E", 4), ("CAM_F", 5), ("CAM_G", 6), ("CAM_H", 7),
+    ("RGB", 0), ("LEFT", 1), ("RIGHT", 2),
+];
+
+/// Names of the kinds of cameras by their numbers.
+const KINDS: [(&str, i32); 2] = [("PERSPECTIVE", 0), ("FISHEYE", 1)];
+
+/// The number of a socket, or of a kind of camera, which may be written as its name.
 #[expect(clippy::cast_possible_truncation, reason = "it is in range")]
 fn whole(value: &Value) -> Result<i32> {
+    let name = value.text().to_uppercase();
+    let name = name.rsplit([':', '.']).next().unwrap_or_default();
+    if let Some((_, number)) = SOCKETS.iter().chain(&KINDS).find(|(known, _)| *known == name) {
+        return Ok(*number);
+    }
     let number = value.number()?;
     let is_whole = number.fract() == 0.0 && number.abs() <= 1000.0;
     ensure!(is_whole, value.refuse("expected a small whole number"));

@@ -10,15 +10,19 @@
 //! the lenses ([`Meta::LENS_YAW`]): it is written as the number `lens_yaw` of OpenCV's extrinsics.yml, and as a comment
 //! in the files of Kalibr and ROS (left.yaml). A length of 1 stands for an unknown baseline.
 
+mod bare;
 mod basalt;
 mod bouguet;
 mod camera_list;
 mod colmap;
+mod dsec;
 mod euroc;
 mod files;
+mod ini_sets;
 mod kalibr;
 mod luxonis;
 mod mc_calib;
+mod models;
 mod mynt;
 mod node;
 mod number;

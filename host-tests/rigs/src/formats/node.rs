@@ -37,6 +37,18 @@ impl Node {
         })
     }
 
+    /// Whether there is a value at a key, not blank; `a.b` is also the key `b` of the first item of a list `a`.
+    fn has(&self, key: &str) -> bool {
+        match (self, key.split_once('.')) {
+            (Self::List(all), _) => all.first().is_some_and(|first| first.has(key)),
+            (Self::Map(all), parts) => all.iter().any(|(name, node)| {
+                (name == key && *node != Self::Null)
+                    || parts.is_some_and(|(outer, inner)| name == outer && node.has(inner))
+            }),
+            _ => false,
+        }
+    }
+
     /// The content of a text: a number, several numbers, or the text.
     pub(super) fn of_text(text: &str) -> Self {
         let words: Vec<&str> = text.split_whitespace().collect();
@@ -173,6 +185,11 @@ impl<'a> Value<'a> {
         let is_whole = key.is_empty() || self.place.ends_with(key) && key.contains('.');
         let place = if is_whole { self.place.clone() } else { format!("{}: {key}", self.place) };
         Self { node, place }
+    }
+
+    /// Whether there is a value at a key, as [`Node::has`].
+    pub(super) fn has(&self, key: &str) -> bool {
+        self.node.has(key)
     }
 
     /// The value of the first of these keys that exists and is not blank.

@@ -17,11 +17,12 @@ use super::rigid::Rigid;
 use super::{Document, Files, scale};
 use crate::data::{LensModel, Meta};
 
-/// Keys of `stereo_calib.cpp` that tell its format.
-pub(super) const KEYS: [&str; 4] = ["M1", "M2", "R", "T"];
-
-/// Keys that tell the format of plain lists: names of the left camera matrix.
-pub(super) const LISTS: [&str; 5] = ["K1", "cameraMatrix1", "camera_matrix_left", "K_left", "K_l"];
+/// Keys that tell the format: those of `stereo_calib.cpp`, or a name of the left camera matrix in a file of lists.
+#[rustfmt::skip]
+pub(super) const MARKS: [&[&str]; 10] = [
+    &["M1"], &["M2"], &["R", "T"], &["R1", "P1"], &["R2", "P2"], &["K1"], &["cameraMatrix1"], &["camera_matrix_left"],
+    &["K_left"], &["K_l"],
+];
 
 /// Names of the camera matrices, left and right.
 #[rustfmt::skip]

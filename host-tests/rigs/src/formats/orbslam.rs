@@ -45,9 +45,17 @@ fn model(file: &Value) -> Result<(LensModel, bool)> {
     }
 }
 
+/// The rig of any of the three.
+pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    if files.with(&THIRD).is_empty() { second(files, unknowns) } else { third(files, unknowns) }
+}
+
+/// Keys that only ORB-SLAM3 has.
+const THIRD: [&str; 5] = ["Camera1.fx", "Camera2.fx", "Stereo.T_c1_c2", "Stereo.b", "Tlr"];
+
 /// The rig of ORB-SLAM3.
-pub(super) fn third(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let file = files.one(&["Camera1.fx", "Camera2.fx", "Stereo.T_c1_c2", "Stereo.b", "Tlr"])?;
+fn third(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+    let file = files.one(&THIRD)?;
     let (lens, rectified) = model(&file)?;
     let first = if file.get(&["Camera1.fx"]).is_some() { "Camera1" } else { "Camera" };
     let second = if file.get(&["Camera2.fx"]).is_some() { "Camera2" } else { first };
@@ -73,7 +81,7 @@ pub(super) fn third(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 }
 
 /// The rig of ORB-SLAM2.
-pub(super) fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
+fn second(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&["LEFT.K", "Camera.fx", "Camera.bf"])?;
     let source = format!("ORB-SLAM2: {files}");
     if file.get(&["LEFT.K", "StereoRectifier.K_left"]).is_some() {

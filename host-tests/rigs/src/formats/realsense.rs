@@ -13,9 +13,6 @@ use super::rig::{self, Pose, Unknowns, View, camera_matrix};
 use super::rigid::Rigid;
 use crate::data::{LensModel, Meta};
 
-/// Keys of a calibration table.
-pub(super) const TABLE: [&str; 2] = ["rectified.0.fx", "rectified.1.fx"];
-
 /// Largest number of sizes in a calibration table.
 const MODES: u8 = 16;
 
@@ -68,7 +65,7 @@ pub(super) fn json(files: &Files, _: Unknowns) -> Result<Meta> {
 
 /// The rig of a calibration table: rectified streams, each size with its numbers as texts, baseline in millimetres.
 pub(super) fn table(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let file = files.one(&TABLE)?;
+    let file = files.one(&["rectified.0.fx", "rectified.1.fx"])?;
     let mut views: Vec<View> = Vec::new();
     for n in 0..MODES {
         let key = |key: &str| format!("rectified.{n}.{key}");

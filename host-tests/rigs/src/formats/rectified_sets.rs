@@ -1,9 +1,8 @@
-//! Calibrations of rectified data sets: KITTI, Middlebury, Cityscapes, and `K.txt` with a baseline.
+//! Calibrations of rectified data sets: KITTI, Middlebury, Cityscapes.
 //!
 //! All are rectified: `R = I`. KITTI: `P = K [I | c]`, so a camera sees points moved by `K^-1` times the last column,
 //! metres; the cameras 2 and 3 are a little off a common row. Middlebury: `cam0`, `cam1` and the baseline in
-//! millimetres, `t = (-1, 0, 0)`. Cityscapes: one camera for both sides, and the baseline in metres. `K.txt` has the
-//! same as bare numbers.
+//! millimetres, `t = (-1, 0, 0)`. Cityscapes: one camera for both sides, and the baseline in metres.
 
 use anyhow::{Context, Result};
 use nalgebra::{Matrix3, Vector3};
@@ -41,7 +40,7 @@ pub(super) fn kitti(files: &Files, unknowns: Unknowns) -> Result<Meta> {
 
 /// The rig of a Middlebury pair.
 pub(super) fn middlebury(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let file = files.one(&["doffs", "ndisp"])?;
+    let file = files.one(&["doffs", "ndisp", "cam0"])?;
     let own = file.size_if(&["width"], &["height"])?;
     let view = |side: usize| -> Result<View> {
         let k = rig::intrinsics(&file.need(&[["cam0", "cam1"][side]], "a camera matrix (3 x 3)")?)?;
@@ -61,23 +60,23 @@ pub(super) fn cityscapes(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let k = rig::camera_matrix(camera.numbers_at(["fx", "fy", "u0", "v0"])?);
     check_camera_matrix(&k).map_err(|why| camera.refuse(why))?;
     let baseline = file.need(&["extrinsic.baseline"], "the baseline, m")?;
-    one_camera(k, &baseline, unknowns, format!("Cityscapes: {files}"))
-}
-
-/// The rig of bare numbers: nine of `K`, then the baseline, m.
-pub(super) fn bare(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let file = files.one(&["K.txt"])?;
-    let k = rig::intrinsics(&file.need(&["K.txt"], "9 numbers")?)?;
-    let baseline = file.need(&["baseline"], "the baseline, m")?;
-    one_camera(k, &baseline, unknowns, format!("K and baseline: {files}"))
+    one_camera(k, baseline.number()?, &baseline, unknowns, format!("Cityscapes: {files}"))
 }
 
 /// A rectified rig with the same camera on both sides.
-fn one_camera(k: Rows, baseline: &Value, unknowns: Unknowns, source: String) -> Result<Meta> {
-    let t = Vector3::new(-baseline.number()?, 0.0, 0.0);
-    let pose = Pose::of(&Rigid { t, ..Rigid::NONE }, baseline.place())?;
-    let view = |side| -> Result<View> {
-        Ok(View::pinhole(k, unknowns.size(side, None, baseline.place())?))
-    };
+///
+/// * `baseline`: its length, m.
+/// * `at`: where the numbers stand.
+pub(super) fn one_camera(
+    k: Rows,
+    baseline: f64,
+    at: &Value,
+    unknowns: Unknowns,
+    source: String,
+) -> Result<Meta> {
+    let t = Vector3::new(-baseline, 0.0, 0.0);
+    let pose = Pose::of(&Rigid { t, ..Rigid::NONE }, at.place())?;
+    let view =
+        |side| -> Result<View> { Ok(View::pinhole(k, unknowns.size(side, None, at.place())?)) };
     rig::meta([view(0)?, view(1)?], &pose, source)
 }

@@ -9,6 +9,9 @@ use super::rigid::Rigid;
 use super::scale;
 use crate::data::{LensModel, Meta, Rows, WrongSign, check_camera_matrix, matrix, rows};
 
+/// Largest element of `R^T R - 1` of an `R` with eight digits or more.
+const ROUNDED: f64 = 1e-6;
+
 /// Number of coefficients of a rational lens.
 const RATIONAL: usize = 8;
 
@@ -41,6 +44,21 @@ impl Unknowns {
             format!("{place}: the file lacks the size of the images: give it (--size W,H)")
         })
     }
+}
+
+/// The chosen two of several cameras, or the only two.
+pub(super) fn two<'a, T>(all: &'a [T], unknowns: Unknowns, place: &str) -> Result<[&'a T; 2]> {
+    let chosen = match (unknowns.cameras, all) {
+        (None, [left, right]) => Some([left, right]),
+        (None, _) => None,
+        (Some([left, right]), _) => {
+            all.get(usize::from(left)).zip(all.get(usize::from(right))).map(<[&T; 2]>::from)
+        }
+    };
+    chosen.with_context(|| {
+        let (count, last) = (all.len(), all.len().saturating_sub(1));
+        format!("{place}: {count} cameras: choose the left and the right one from 0 to {last} (--cameras)")
+    })
 }
 
 /// The camera of the wanted size in a file with several sizes, or the only one.
@@ -186,6 +204,8 @@ pub(super) struct Pose {
     pub(super) t: [f64; 3],
     /// `None` if unknown.
     pub(super) baseline_m: Option<f64>,
+    /// Largest element of `R^T R - 1` of the given `R`, if its writer rounded it, so that it was made orthonormal.
+    pub(super) rounded: Option<f64>,
 }
 
 impl Pose {
@@ -193,8 +213,12 @@ impl Pose {
     pub(super) fn of(rigid: &Rigid, place: &str) -> Result<Self> {
         let read = || -> Result<Self> {
             let (t, baseline_m) = scale::split(rigid.t.into())?;
-            let pose = Self { r: rows(&rigid.r), t, baseline_m };
-            pose.extrinsics()?;
+            let mut pose = Self { r: rows(&rigid.r), t, baseline_m, rounded: None };
+            let exact = pose.extrinsics()?;
+            let off = (rigid.r.transpose() * rigid.r - Matrix3::identity()).amax();
+            if off > ROUNDED {
+                (pose.r, pose.rounded) = (rows(exact.rotation().matrix()), Some(off));
+            }
             Ok(pose)
         };
         read().with_context(|| place.to_owned())
@@ -237,6 +261,7 @@ pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Res
         other: [(Meta::CALIBRATED.to_owned(), true.into())].into_iter().collect(),
         ..Meta::side_by_side([left.k, right.k], [left.size, right.size], source)
     };
+    meta.other.extend(pose.rounded.map(|off| (Meta::ROUNDED.to_owned(), off.into())));
     meta.set_right(right.lens, right.size);
     check(&meta)?;
     Ok(meta)
@@ -245,7 +270,7 @@ pub(super) fn meta([left, right]: [View; 2], pose: &Pose, source: String) -> Res
 /// Checks that the core accepts the rig, and that a known baseline is above 0.
 pub(super) fn check(meta: &Meta) -> Result<()> {
     meta.cameras::<f64>()?;
-    Pose { r: meta.r, t: meta.t, baseline_m: meta.baseline_m }.extrinsics()?;
+    Pose { r: meta.r, t: meta.t, baseline_m: meta.baseline_m, rounded: None }.extrinsics()?;
     if let Some(b) = meta.baseline_m {
         ensure!(b.is_normal() && b > 0.0, "the baseline must be longer than 0 m, not {b}");
     }

@@ -3,8 +3,9 @@
 use anyhow::{Result, ensure};
 use nalgebra::{Matrix3, Quaternion, UnitQuaternion, Vector3};
 
-/// Largest deviation of an element of `R^T R` from the identity: a matrix with three decimals passes.
-const ROTATION: f64 = 2e-3;
+/// Largest deviation of an element of `R^T R` from the identity: a matrix with two decimals passes, as numpy may print
+/// it.
+const ROTATION: f64 = 2e-2;
 
 /// Largest deviation of a quaternion's length from 1.
 const UNIT: f64 = 1e-2;
@@ -40,9 +41,13 @@ impl Rigid {
         );
         let off = (self.r.transpose() * self.r - Matrix3::identity()).amax();
         ensure!(
-            off <= ROTATION && self.r.determinant() > 0.0,
-            "R is not a rotation: R^T R differs from the identity by {off:.1e}, or it is a reflection; give the R of the \
-             calibration as it was written"
+            off <= ROTATION,
+            "R is not a rotation: R^T R differs from the identity by {off:.1e}; give the R of the calibration as it was written"
+        );
+        ensure!(
+            self.r.determinant() > 0.0,
+            "R is a reflection, not a rotation: one of its frames is left-handed, as those of Unity and Unreal; write R and t \
+             for the axes x right, y down, z forward"
         );
         Ok(())
     }

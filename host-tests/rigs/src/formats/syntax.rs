@@ -6,6 +6,7 @@ use std::path::Path;
 use anyhow::{Context, Result, ensure};
 use roxmltree::{Document, Node as Element};
 
+use super::bare;
 use super::node::Node;
 use super::printed;
 
@@ -24,22 +25,27 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Node> {
         || Path::new(name).extension().is_some_and(|ending| ending.eq_ignore_ascii_case("json"))
     {
         return Ok(rooted(serde_json::from_str(start).map_err(|why| {
-            anyhow::anyhow!("not JSON: {why}; give the file as its tool wrote it")
+            let (line, column) = (why.line(), why.column());
+            anyhow::anyhow!(
+                "not JSON: line {line} cannot be read at column {column}; give the file as its tool wrote it"
+            )
         })?));
     }
     if let Some(tree) = printed::parse(start) {
         return tree;
     }
-    if start.lines().any(|line| is_section(line.trim())) && start.contains('=') {
-        return Ok(ini(start));
-    }
     let first =
         start.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with(['#', '%']));
+    if first.is_some_and(is_section)
+        || start.contains('=') && start.lines().any(|line| is_section(line.trim()))
+    {
+        return Ok(ini(start));
+    }
     let file = name.rsplit(['/', '\\']).next().unwrap_or_default();
     if matches!(file, "cameras.txt" | "rigs.txt") {
         return Ok(table(file, start));
     }
-    if let Some(numbers) = bare(start) {
+    if let Some(numbers) = numbers_alone(start) {
         return Ok(numbers);
     }
     let is_named = |line: &str| line.contains('=') && (!line.contains(':') || line.contains("fc_"));
@@ -49,15 +55,23 @@ pub(super) fn parse(name: &str, text: &str) -> Result<Node> {
     yaml(start)
 }
 
-/// A text of numbers alone: the nine of `K`, then the baseline.
-fn bare(text: &str) -> Option<Node> {
-    let Node::List(all) = Node::of_text(text) else { return None };
-    let (k, rest) = all.split_at_checked(9)?;
-    let [baseline] = rest else { return None };
-    Some(Node::Map(vec![
-        ("K.txt".into(), Node::List(k.to_vec())),
-        ("baseline".into(), baseline.clone()),
-    ]))
+/// A text of numbers alone, or the five lines of Stereo-DSO, whose first may name the lens and whose third is a word.
+fn numbers_alone(text: &str) -> Option<Node> {
+    let lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let rows: Vec<Node> = lines.map(Node::of_text).collect();
+    let is_numbers = |row: &Node| match row {
+        Node::Number(_) => true,
+        Node::List(all) => all.iter().all(|one| matches!(one, Node::Number(_))),
+        _ => false,
+    };
+    let count = |row: &Node| match row {
+        Node::List(all) => all.len(),
+        _ => usize::from(is_numbers(row)),
+    };
+    let five = matches!(rows.as_slice(), [_, a, _, b, c] if [a, b, c].map(count) == [2, 2, 1]);
+    let named = five && text.lines().next().is_some_and(|line| !line.contains([':', '=']));
+    let whole = !rows.is_empty() && rows.iter().all(is_numbers);
+    (whole || named).then(|| Node::Map(vec![(bare::KEY.into(), Node::List(rows))]))
 }
 
 /// Whether a line is the row of a matrix as numpy prints it: numbers in brackets, without commas.
@@ -76,16 +90,17 @@ fn rooted(node: Node) -> Node {
 
 /// The first document of YAML, without OpenCV's header.
 fn yaml(text: &str) -> Result<Node> {
-    let mut document = String::new();
+    let (mut document, mut has_content) = (String::new(), false);
     for line in text.lines() {
         let mark = line.trim_end() == "---" || line.trim_end() == "...";
         if line.starts_with('%') || line.starts_with("WARNING") {
             continue;
         }
-        if mark && document.lines().any(|line| !line.trim().is_empty() && !line.starts_with('#')) {
+        if mark && has_content {
             break;
         }
         if !mark {
+            has_content |= !line.trim().is_empty() && !line.starts_with('#');
             // YAML does not take a tab for a space. OpenCV also reads `data:[` and `T:!!opencv-matrix`.
             let line = line.replace('\t', "  ").replacen(":[", ": [", 1).replacen(":!!", ": !!", 1);
             document.push_str(&line);
@@ -97,10 +112,11 @@ fn yaml(text: &str) -> Result<Node> {
         non_finite_float_policy: serde_saphyr::options::NonFiniteFloatPolicy::PassThrough
     };
     let node: Node = serde_saphyr::from_str_with_options(&document, options).map_err(|why| {
+        let place = why.location().map(|at| format!(": line {} cannot be read", at.line()));
         anyhow::anyhow!(
-            "not YAML, JSON, XML or name = numbers: {}; give the file as its tool wrote it, or write the numbers as K1 D1 K2 \
+            "not YAML, JSON, XML or name = numbers{}; give the file as its tool wrote it, or write the numbers as K1 D1 K2 \
              D2 R T",
-            first_line(&why.to_string())
+            place.unwrap_or_default()
         )
     })?;
     ensure!(
@@ -110,15 +126,11 @@ fn yaml(text: &str) -> Result<Node> {
     Ok(rooted(node))
 }
 
-/// The first line of an error of the library, without the quoted line of the file and the names of library options.
-fn first_line(why: &str) -> &str {
-    let line = why.lines().find(|line| !line.trim().is_empty()).unwrap_or(why).trim();
-    line.split(", set DuplicateKeyPolicy").next().unwrap_or(line)
-}
-
 fn xml(text: &str) -> Result<Node> {
-    let document = Document::parse(text)
-        .map_err(|why| anyhow::anyhow!("not XML: {why}; give the file as its tool wrote it"))?;
+    let document = Document::parse(text).map_err(|why| {
+        let line = why.pos().row;
+        anyhow::anyhow!("not XML: line {line} cannot be read; give the file as its tool wrote it")
+    })?;
     element(document.root_element(), 0)
 }
 
@@ -141,19 +153,37 @@ fn is_section(line: &str) -> bool {
     })
 }
 
-/// `[SECTION]` and `key=value`. Keys in lower case, sections in upper.
+/// `[SECTION]`, and `key=value` or `key value`, which continues until the next key. Keys in lower case, sections in
+/// upper. `//` starts a comment.
 fn ini(text: &str) -> Node {
-    let mut sections: Vec<(String, Node)> = Vec::new();
-    for line in text.lines().map(str::trim).filter(|line| !line.starts_with([';', '#'])) {
+    let mut sections: Vec<(String, Vec<(String, String)>)> = Vec::new();
+    for line in text.lines().map(|line| line.split("//").next().unwrap_or_default().trim()) {
+        if line.is_empty() || line.starts_with([';', '#']) {
+            continue;
+        }
         if is_section(line) {
-            sections.push((line[1..line.len() - 1].to_uppercase(), Node::Map(Vec::new())));
-        } else if let (Some((key, value)), Some((_, Node::Map(keys)))) =
-            (line.split_once('='), sections.last_mut())
-        {
-            keys.push((key.trim().to_lowercase(), Node::of_text(value)));
+            sections.push((line[1..line.len() - 1].to_uppercase(), Vec::new()));
+            continue;
+        }
+        let Some((_, keys)) = sections.last_mut() else { continue };
+        let parts = line.split_once('=').or_else(|| line.split_once(char::is_whitespace));
+        match parts.filter(|_| line.starts_with(|c: char| c.is_ascii_alphabetic())) {
+            Some((key, value)) => {
+                keys.push((key.trim().to_lowercase(), value.trim().trim_matches('"').to_owned()));
+            }
+            None => {
+                if let Some((_, value)) = keys.last_mut() {
+                    value.push(' ');
+                    value.push_str(line);
+                }
+            }
         }
     }
-    Node::Map(sections)
+    let section = |(name, keys): (String, Vec<(String, String)>)| {
+        let keys = keys.into_iter().map(|(key, value)| (key, Node::of_text(&value)));
+        (name, Node::Map(keys.collect()))
+    };
+    Node::Map(sections.into_iter().map(section).collect())
 }
 
 /// `name=value` or `name: value` a line, of Middlebury, Python and MATLAB: a value continues to the next name. `%`
@@ -195,12 +225,22 @@ fn table(file: &str, text: &str) -> Node {
     Node::Map(vec![(file.to_owned(), Node::List(rows.map(row).collect()))])
 }
 
-/// Reads the text of a file; refuses bytes that are not text.
+/// The text of a file in UTF-8, or in UTF-16 with its mark; refuses other bytes.
 pub(super) fn text_of(bytes: Vec<u8>) -> Result<String> {
-    String::from_utf8(bytes)
-        .ok()
-        .context(
-            "it is not text: expected a rig file of YAML, JSON, XML or plain text; write the arrays of a .npz or .mat as \
-             K1 D1 K2 D2 R T in a text",
-        )
+    let wide = match bytes.as_slice() {
+        [0xff, 0xfe, rest @ ..] => Some((rest, u16::from_le_bytes as fn([u8; 2]) -> u16)),
+        [0xfe, 0xff, rest @ ..] => Some((rest, u16::from_be_bytes as fn([u8; 2]) -> u16)),
+        _ => None,
+    };
+    let text = match wide {
+        Some((rest, unit)) => {
+            let units = rest.chunks_exact(2).filter_map(|two| two.try_into().ok()).map(unit);
+            char::decode_utf16(units).collect::<Result<String, _>>().ok()
+        }
+        None => String::from_utf8(bytes).ok(),
+    };
+    text.filter(|text| !text.contains('\0')).context(
+        "it is not text: expected a rig file of YAML, JSON, XML or plain text; write the arrays of a .npz or .mat as \
+         K1 D1 K2 D2 R T in a text",
+    )
 }

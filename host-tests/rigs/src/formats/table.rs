@@ -1,10 +1,13 @@
 //! The formats that are read: the keys of each, its description, and its reader.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Error, Result, anyhow, bail, ensure};
 
 use super::Files;
 use super::rig::Unknowns;
-use super::{basalt, bouguet, camera_list, colmap, euroc, kalibr, luxonis, mc_calib, mynt};
+use super::{
+    bare, basalt, bouguet, camera_list, colmap, dsec, euroc, ini_sets, kalibr, luxonis, mc_calib,
+    models, mynt,
+};
 use super::{opencv, orbslam, realsense, rectified_sets, ros, vins, zed};
 use crate::data::Meta;
 
@@ -22,67 +25,78 @@ use Unit::{Given, Own};
 /// A format.
 struct Row {
     name: &'static str,
-    /// A file with one of these keys is in this format.
-    keys: &'static [&'static str],
+    /// Sets of keys that only this format has: a file with all keys of one set is in this format. `a.b` is the key `b`
+    /// of `a`, or of the first item of a list `a`.
+    marks: &'static [&'static [&'static str]],
     unit: Unit,
     read: fn(&Files, Unknowns) -> Result<Meta>,
     /// Files, direction of the extrinsics and unit, for the user.
     says: &'static str,
 }
 
-/// All formats. The first whose key is found is taken, so formats whose keys others have too come last.
+/// All formats.
 #[rustfmt::skip]
-const FORMATS: [Row; 25] = [
-    Row { name: "EuRoC", keys: &["T_BS"], unit: Own, read: euroc::rig,
+const FORMATS: [Row; 30] = [
+    Row { name: "EuRoC", marks: &[&["T_BS"]], unit: Own, read: euroc::rig,
         says: "two sensor.yaml, left and right; T_BS: camera to body; metres" },
-    Row { name: "KITTI", keys: &["P0", "P_rect_00", "P_rect_02", "P_rect_101"], unit: Own, read: rectified_sets::kitti,
+    Row { name: "KITTI", marks: &[&["P0"], &["P_rect_00"], &["P_rect_02"], &["P_rect_101"]], unit: Own, read: rectified_sets::kitti,
         says: "calib.txt, calib_cam_to_cam.txt, perspective.txt; P0 and P1, or --cameras 2,3; rectified; metres. DrivingStereo: P_rect_101 and P_rect_103" },
-    Row { name: "Middlebury", keys: &["doffs", "ndisp"], unit: Own, read: rectified_sets::middlebury,
+    Row { name: "Middlebury, ETH3D", marks: &[&["doffs"], &["ndisp"], &["cam0", "baseline"]], unit: Own, read: rectified_sets::middlebury,
         says: "calib.txt; rectified; millimetres" },
-    Row { name: "Cityscapes", keys: &["intrinsic"], unit: Own, read: rectified_sets::cityscapes,
+    Row { name: "Cityscapes", marks: &[&["intrinsic.fx"], &["intrinsic.u0"]], unit: Own, read: rectified_sets::cityscapes,
         says: "camera.json; one camera and extrinsic: baseline; rectified; metres" },
-    Row { name: "K and baseline", keys: &["K.txt"], unit: Own, read: rectified_sets::bare,
-        says: "bare numbers, as in K.txt of FoundationStereo: nine numbers of K, then the baseline; rectified; metres" },
-    Row { name: "Luxonis", keys: &["cameraData"], unit: Own, read: luxonis::rig,
+    Row { name: "bare numbers", marks: &[&["bare numbers"]], unit: Own, read: bare::rig,
+        says: "FoundationStereo: nine numbers of K, then the baseline; DSOL: fx fy cx cy baseline; Stereo-DSO: camera.txt with the baseline in its fifth line; ETH3D SLAM: calibration.txt, calibration2.txt, extrinsics_1_2.txt (camera 2, which is left, to camera 1); metres" },
+    Row { name: "Luxonis", marks: &[&["cameraData"]], unit: Own, read: luxonis::rig,
         says: "JSON of DepthAI; extrinsics of a chain of sockets; centimetres" },
-    Row { name: "RealSense", keys: &["extrinsics"], unit: Own, read: realsense::json,
+    Row { name: "DSEC", marks: &[&["extrinsics.T_10"], &["extrinsics.T_21"], &["intrinsics.cam0"]], unit: Own, read: dsec::rig,
+        says: "cam_to_cam.yaml; T_10 under extrinsics takes points of cam0 to cam1; of more than two cameras --cameras chooses; metres" },
+    Row { name: "RealSense", marks: &[&["left", "right", "extrinsics"], &["extrinsics.rotation"]], unit: Own, read: realsense::json,
         says: "JSON: rs2_intrinsics under left and right, rs2_extrinsics (left to right, rotation by columns) under extrinsics; metres" },
-    Row { name: "RealSense text", keys: &["rs intrinsics"], unit: Own, read: realsense::printed,
+    Row { name: "RealSense text", marks: &[&["rs intrinsics"]], unit: Own, read: realsense::printed,
         says: "output of rs-enumerate-devices -c, Infrared or Fisheye 1 and 2; metres" },
-    Row { name: "RealSense sensors", keys: &["rs sensors"], unit: Own, read: realsense::sensors,
+    Row { name: "RealSense sensors", marks: &[&["rs sensors"]], unit: Own, read: realsense::sensors,
         says: "output of rs-sensor-control: left stream, right stream, left to right; metres" },
-    Row { name: "RealSense table", keys: &realsense::TABLE, unit: Own, read: realsense::table,
+    Row { name: "RealSense table", marks: &[&["rectified.0.fx"], &["rectified.1.fx"]], unit: Own, read: realsense::table,
         says: "JSON of the calibration table; rectified streams, the size tells the mode; baseline in millimetres" },
-    Row { name: "MYNT EYE", keys: &["Intrinsics left"], unit: Own, read: mynt::rig,
+    Row { name: "MYNT EYE", marks: &[&["Intrinsics left"]], unit: Own, read: mynt::rig,
         says: "output of get_img_params; Extrinsics right to left hold R and T of OpenCV; millimetres" },
-    Row { name: "ORB-SLAM3", keys: &["Camera1.fx", "Camera2.fx", "Stereo.T_c1_c2", "Stereo.b", "Tlr"], unit: Own, read: orbslam::third,
-        says: "settings; Stereo.T_c1_c2 (Tlr): right to left; metres" },
-    Row { name: "ORB-SLAM2", keys: &["LEFT.K", "Camera.fx", "Camera.bf"], unit: Own, read: orbslam::second,
-        says: "settings, also of stella_vslam; LEFT and RIGHT with K D R P, StereoRectifier, or rectified with Camera.bf or focal_x_baseline; metres" },
-    Row { name: "VINS-Fusion", keys: &["body_T_cam0", "cam0_calib"], unit: Own, read: vins::rig,
+    Row { name: "ORB-SLAM3, ORB-SLAM2, stella_vslam", marks: &[&["Camera1.fx"], &["Camera2.fx"], &["Stereo.b"], &["Tlr"], &["LEFT.K"], &["Camera.fx"], &["Camera.bf"]], unit: Own, read: orbslam::rig,
+        says: "settings; Stereo.T_c1_c2 (Tlr): right to left; LEFT and RIGHT with K D R P, StereoRectifier, or rectified with Camera.bf or focal_x_baseline; metres" },
+    Row { name: "VINS-Fusion", marks: &[&["body_T_cam0"], &["cam0_calib"]], unit: Own, read: vins::rig,
         says: "the configuration, its camera files beside it; body_T_cam: camera to body; metres" },
-    Row { name: "Basalt", keys: &["value0"], unit: Own, read: basalt::rig,
+    Row { name: "Basalt", marks: &[&["value0.T_imu_cam"], &["value0.intrinsics"]], unit: Own, read: basalt::rig,
         says: "JSON; T_imu_cam: camera to IMU; metres" },
-    Row { name: "OKVIS, maplab, Spectacular AI, Monado", keys: &["cameras"], unit: Own, read: camera_list::rig,
+    Row { name: "OKVIS, maplab, Spectacular AI, Monado", marks: &[&["cameras.T_SC"], &["cameras.camera"], &["cameras.T_B_C"], &["cameras.imuToCamera"], &["opencv_stereo_calibrate"]], unit: Own, read: camera_list::rig,
         says: "list `cameras`; T_SC, T_B_C: camera to body; imuToCamera: IMU to camera; opencv_stereo_calibrate: as OpenCV; metres" },
-    Row { name: "Bouguet", keys: &["fc_left"], unit: Given, read: bouguet::rig,
+    Row { name: "Bouguet", marks: &[&["fc_left"]], unit: Given, read: bouguet::rig,
         says: "Calib_Results_stereo of the MATLAB toolbox; x_r = R(om) x_l + T; unit of the board" },
-    Row { name: "MC-Calib", keys: &["camera_0", "camera_1", "nb_camera"], unit: Given, read: mc_calib::rig,
+    Row { name: "MC-Calib", marks: &[&["camera_0.camera_pose_matrix"], &["camera_1.camera_pose_matrix"], &["nb_camera"]], unit: Given, read: mc_calib::rig,
         says: "calibrated_cameras_data.yml; camera_pose_matrix: camera to reference; unit of the board" },
-    Row { name: "ZED", keys: &zed::KEYS, unit: Own, read: zed::rig,
+    Row { name: "ZED", marks: &zed::MARKS, unit: Own, read: zed::rig,
         says: "SN*.conf, the size tells the resolution; R of (RX, CV, RZ), T = -(Baseline, TY, TZ); millimetres" },
-    Row { name: "COLMAP", keys: &["rigs.txt", "cameras.txt", ""], unit: Given, read: colmap::rig,
+    Row { name: "iCub", marks: &[&["STEREO_DISPARITY"], &["CAMERA_CALIBRATION_LEFT"]], unit: Own, read: ini_sets::icub,
+        says: "icubEyes.ini, outputCalib.ini; HN: left to right; metres" },
+    Row { name: "MRPT", marks: &[&["CAMERA_PARAMS_LEFT2RIGHT_POSE"], &["CAMERA_PARAMS_LEFT"]], unit: Own, read: ini_sets::mrpt,
+        says: "INI of the stereo calibration; pose_quaternion: right to left; metres" },
+    Row { name: "Anipose, Caliscope, FreeMoCap", marks: &[&["CAM_0.matrix"], &["CAM_1.matrix"]], unit: Given, read: ini_sets::anipose,
+        says: "calibration.toml; rotation and translation: world to camera; unit of the board" },
+    Row { name: "COLMAP", marks: &[&["rigs.txt"], &["cameras.txt"], &[".cameras.image_prefix"], &[".cameras.camera_id"]], unit: Given, read: colmap::rig,
         says: "cameras.txt with rigs.txt or rig_config.json; sensor_from_rig; (0, 0) is the corner of the first pixel; unit of the model" },
-    Row { name: "Kalibr, OpenVINS", keys: &["cam0", "cam1"], unit: Own, read: kalibr::rig,
+    Row { name: "openMVG", marks: &[&["sfm_data_version"]], unit: Given, read: models::openmvg,
+        says: "sfm_data.json; rotation and center of the poses of two views; unit of the model" },
+    Row { name: "OpenSfM", marks: &[&[".shots"], &[".rig_cameras"]], unit: Given, read: models::opensfm,
+        says: "reconstruction.json; rotation and translation of two shots: world to camera; unit of the model" },
+    Row { name: "nerfstudio", marks: &[&["frames.transform_matrix"]], unit: Given, read: models::nerfstudio,
+        says: "transforms.json; transform_matrix of two frames: camera to world, axes of OpenGL; (0, 0) is the corner of the first pixel; unit of the model" },
+    Row { name: "Kalibr, OpenVINS", marks: &[&["cam0.intrinsics"], &["cam0.camera_model"], &["cam1.intrinsics"], &["cam1.camera_model"], &["cam1.T_cn_cnm1"]], unit: Own, read: kalibr::rig,
         says: "camchain.yaml, results-cam.txt: T_cn_cnm1 of cam1 takes points of cam0 (left) to cam1 (right); without it T_cam_imu: IMU to camera, or T_imu_cam: camera to IMU; metres" },
-    Row { name: "ROS", keys: &["camera_matrix", "projection_matrix"], unit: Given, read: ros::rig,
+    Row { name: "ROS", marks: &[&["camera_matrix"], &["projection_matrix"]], unit: Given, read: ros::rig,
         says: "left.yaml and right.yaml: R = R_r^T R_l, t = -(first row of R_r) of the rectification matrices, `P[0][3] = -fx b` of the right camera; above each other: `P[1][3]`; metres, or --unit" },
-    Row { name: "ROS echo", keys: &["P", "p"], unit: Given, read: ros::echoed,
+    Row { name: "ROS echo", marks: &[&["P", "K"], &["p", "k"], &["P", "distortion_model"], &["p", "distortion_model"]], unit: Given, read: ros::echoed,
         says: "left and right camera_info as `ros2 topic echo` or `rostopic echo` print them; as ROS" },
-    Row { name: "OpenCV", keys: &opencv::KEYS, unit: Given, read: opencv::rig,
-        says: "intrinsics.yml and extrinsics.yml, one file of both, or XML: M1 D1 M2 D2 R T; x_2 = R x_1 + T, the left camera first; without R the rectification R1 R2 P2; unit of the board" },
-    Row { name: "lists", keys: &opencv::LISTS, unit: Given, read: opencv::rig,
-        says: "K1 D1 K2 D2 R T as lists in JSON, YAML or name = [[..]], also as cameraMatrix1, distCoeffs1, ..; as OpenCV" },
+    Row { name: "OpenCV", marks: &opencv::MARKS, unit: Given, read: opencv::rig,
+        says: "intrinsics.yml and extrinsics.yml, one file of both, or XML: M1 D1 M2 D2 R T, also as lists under names such as K1 or cameraMatrix1; x_2 = R x_1 + T, the left camera first; without R the rectification R1 R2 P2; unit of the board" },
 ];
 
 /// The list of the formats, one a line, for the help.
@@ -91,31 +105,57 @@ pub fn list() -> String {
     FORMATS.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// The rig of files; their keys tell the format.
+/// The rig of files; what only one format has tells the format. If several formats are possible, all of them are tried.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let found = FORMATS.iter().find(|row| !files.with(row.keys).is_empty());
-    let Some(row) = found else {
-        let keys: Vec<String> = files
-            .values()
-            .flat_map(|file| file.keys().into_iter().map(str::to_owned).collect::<Vec<_>>())
-            .take(12)
-            .collect();
-        let known = FORMATS.iter().map(|row| {
-            let keys = row.keys.iter().copied().filter(|key| !key.is_empty()).take(3);
-            format!("{} ({})", row.name, keys.collect::<Vec<_>>().join(", "))
-        });
-        bail!(
-            "{files}: the keys ({}) belong to no known format. Known formats: {}. Write the numbers as K1 D1 K2 D2 R T, \
-             or see `selfcal import --help`",
-            keys.join(", "),
-            known.collect::<Vec<_>>().join("; ")
-        );
+    let marked = FORMATS.iter().filter_map(|row| Some((row, row.mark(files)?)));
+    let mut read: Vec<(&Row, Result<Meta>)> =
+        marked.map(|(row, mark)| (row, row.rig(files, unknowns, &mark))).collect();
+    if read.iter().any(|(_, rig)| rig.is_ok()) {
+        read.retain(|(_, rig)| rig.is_ok());
+    }
+    let names = |read: &[(&Row, _)]| {
+        read.iter().map(|(row, _)| row.name).collect::<Vec<_>>().join("; and of ")
     };
-    ensure!(
-        row.unit == Given || unknowns.unit_m.to_bits() == 1.0_f64.to_bits(),
-        "{files}: --unit {}: a file of {} has its own unit; leave --unit out",
-        unknowns.unit_m,
-        row.name
-    );
-    (row.read)(files, unknowns).with_context(|| format!("the rig of {files} ({})", row.name))
+    match read.len() {
+        0 => bail!(unknown(files)),
+        1 => read.remove(0).1,
+        _ if read.iter().all(|(_, rig)| rig.is_err()) => {
+            let why = read.iter().filter_map(|(_, rig)| rig.as_ref().err());
+            let why = why.map(|why| format!("{why:#}")).collect::<Vec<_>>().join("; or: ");
+            bail!("{files}: these have keys of {}: {why}", names(&read))
+        }
+        _ => bail!("{files}: these are a rig of {}: give the files of one rig alone", names(&read)),
+    }
+}
+
+/// An error for files whose keys belong to no format.
+fn unknown(files: &Files) -> Error {
+    let keys: Vec<&str> = files.values().flat_map(|file| file.keys()).take(12).collect();
+    let names: Vec<&str> = FORMATS.iter().map(|row| row.name).collect();
+    anyhow!(
+        "{files}: the keys ({}) belong to no known format. Known formats: {}. Write the numbers as K1 D1 K2 D2 R T, or see \
+         `selfcal import --help`",
+        keys.join(", "),
+        names.join("; ")
+    )
+}
+
+impl Row {
+    /// The keys that tell this format, if the files have them.
+    fn mark(&self, files: &Files) -> Option<String> {
+        let there =
+            |keys: &&&[&str]| files.values().any(|file| keys.iter().all(|key| file.has(key)));
+        Some(self.marks.iter().find(there)?.join(" and "))
+    }
+
+    fn rig(&self, files: &Files, unknowns: Unknowns, mark: &str) -> Result<Meta> {
+        ensure!(
+            self.unit == Given || unknowns.unit_m.to_bits() == 1.0_f64.to_bits(),
+            "{files}: --unit {}: a file of {} has its own unit; leave --unit out",
+            unknowns.unit_m,
+            self.name
+        );
+        let is = || format!("the rig of {files}, which {} tells to be of {}", mark, self.name);
+        (self.read)(files, unknowns).with_context(is)
+    }
 }

@@ -16,8 +16,9 @@ use crate::data::{LensModel, Meta};
 
 /// Sections that tell the format.
 #[rustfmt::skip]
-pub(super) const KEYS: [&str; 7] = [
-    "LEFT_CAM_HD", "LEFT_CAM_FHD", "LEFT_CAM_2K", "LEFT_CAM_VGA", "LEFT_CAM_FHD1200", "LEFT_CAM_SVGA", "STEREO",
+pub(super) const MARKS: [&[&str]; 7] = [
+    &["LEFT_CAM_HD"], &["LEFT_CAM_FHD"], &["LEFT_CAM_2K"], &["LEFT_CAM_VGA"], &["LEFT_CAM_FHD1200"], &["LEFT_CAM_SVGA"],
+    &["STEREO"],
 ];
 
 /// Sections by the size of an image, px.
@@ -36,7 +37,7 @@ const COEFFICIENTS: [&str; 12] =
 
 /// The rig of the requested resolution.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let file = files.one(&KEYS)?;
+    let file = files.one(&MARKS.concat())?;
     let section = |side: &str, name: &str| file.get(&[format!("{side}_CAM_{name}").as_str()]);
     let there: Vec<&(&str, [u16; 2])> =
         RESOLUTIONS.iter().filter(|(name, _)| section("LEFT", name).is_some()).collect();

@@ -261,7 +261,7 @@ fn errors_in_an_opencv_file_are_named() {
     refused(OPENCV, zeros, &prism, &["D2", "thin prism", "s1", "k4 k5 k6"]);
     let tilt = with("0., 0., 0., 0., 0., 0., 0., 0., 0.02");
     refused(OPENCV, zeros, &tilt, &["D2", "tau_y", "k4 k5 k6"]);
-    let absurd = with("0.1, 0., 2000., 0., 0., 0., 0., 0., 0.");
+    let absurd = with("0.1, 0., 2e6, 0., 0., 0., 0., 0., 0.");
     refused(OPENCV, zeros, &absurd, &["right camera", "distortion"]);
     refused(OPENCV, "537., 0., 326.", "537., 3., 326.", &["intrinsics.yml: M2", "skew 3"]);
     refused(OPENCV, "rows: 3", "rows: three", &["intrinsics.yml", "rows: three"]);

@@ -120,6 +120,16 @@ fn rectified_sets_with_one_camera_have_its_baseline() {
     let meta = read(&named("Cityscapes")).unwrap();
     assert_eq!((meta.k_l[0][0], meta.k_r[1][2], meta.t), (2262.52, 513.137, [-1.0, 0.0, 0.0]));
     assert!(near([meta.baseline_m.unwrap()], [0.209_313]));
+    let dsol = read(&named("DSOL")).unwrap();
+    assert_eq!((dsol.k_l[1][1], dsol.k_r[0][2], dsol.baseline_m), (435.5, 367.25, Some(0.11)));
+    // Shares of the size; DSO's image starts half a pixel before the first centre.
+    let dso = read(&named("Stereo-DSO")).unwrap();
+    assert_eq!((dso.k_l[0][0], dso.k_l[1][1], dso.k_l[1][2]), (640.0, 300.0, 199.5));
+    assert_eq!((dso.sizes(), dso.baseline_m), ([[1280, 400]; 2], Some(0.54)));
+    let distorted = refusal(read(&with("Stereo-DSO", "0.5 0.5 0\n", "0.5 0.5 0.9\n")));
+    assert!(distorted.contains("rectify them"), "{distorted}");
+    let seven = refusal(of_one_file("numbers.txt", "1 2 3\n4 5 6\n7\n", size(9, 9)));
+    assert!(seven.contains("7 numbers: expected nine numbers of K"), "{seven}");
     let meta = read(&named("K and baseline")).unwrap();
     assert_eq!((meta.k_l[0][2], meta.k_r[1][1]), (489.375, 754.668));
     assert!(near([meta.baseline_m.unwrap()], [0.063]));
@@ -184,6 +194,18 @@ fn a_luxonis_socket_without_rotation_ends_the_chain() {
 }
 
 #[test]
+fn sockets_and_kinds_of_cameras_may_be_named() {
+    let numbers = read(&named("Luxonis")).unwrap();
+    let mut sample = with("Luxonis", "\"toCameraSocket\": 0", "\"toCameraSocket\": \"CAM_A\"");
+    sample.files[0].1 =
+        sample.files[0].1.replace("\"cameraType\": 0", "\"cameraType\": \"Perspective\"");
+    let names = read(&sample).unwrap();
+    assert_eq!((names.r, names.t, names.lens), (numbers.r, numbers.t, numbers.lens));
+    let none = with("Luxonis", "\"toCameraSocket\": 0", "\"toCameraSocket\": \"CAM_Z\"");
+    assert!(refusal(read(&none)).contains("toCameraSocket: CAM_Z: expected a finite number"));
+}
+
+#[test]
 fn a_distortion_model_makes_fisheyes_of_an_opencv_file() {
     let five = [", 1.8e-05, 0.0]]", ", 1.8e-05]]"];
     let mut sample = with("lists in JSON", five[0], five[1]);
@@ -244,4 +266,94 @@ fn texts_and_arrays_that_are_not_read_are_refused_with_the_names_to_use() {
     std::fs::write(&path, b"PK\x03\x04\xff\xfe").unwrap();
     let why = refusal(rigs::formats::import(&[path], Unknowns::default()));
     assert!(why.contains("stereo.npz") && why.contains("K1 D1 K2 D2 R T"), "{why}");
+}
+
+#[test]
+fn models_of_structure_from_motion_have_the_lenses_of_their_tools() {
+    let mvg = read(&named("openMVG")).unwrap();
+    assert_eq!(mvg.dist_l, [-0.1, 0.02, 0.0, 0.0, 0.003]);
+    assert_eq!(mvg.dist_r, [-0.2, 0.03, 0.0005, 0.0006, 0.004]);
+    let sfm = read(&named("OpenSfM")).unwrap();
+    assert_eq!((sfm.k_l[0][0], sfm.k_l[0][2], sfm.k_l[1][2]), (0.85 * 1920.0, 959.5, 539.5));
+    assert_eq!(sfm.dist_r, [-0.02, 0.003, 0.0004, 0.0005, 0.006]);
+    assert_eq!((sfm.k_r[1][1], sfm.k_r[1][2]), (0.87 * 1920.0, 539.5 - 0.02 * 1920.0));
+    let nerf = read(&named("nerfstudio")).unwrap();
+    assert_eq!((nerf.k_l[0][0], nerf.k_r[0][0], nerf.k_r[0][2]), (900.5, 910.5, 639.5));
+    // More views than two are chosen by their numbers.
+    let more = "{\"file_path\": \"images/left.png\",";
+    let three = with("nerfstudio", more, &format!("{{\"transform_matrix\": 0}}, {more}"));
+    let why = refusal(read(&three));
+    assert!(why.contains("3 cameras: choose the left and the right one from 0 to 2"), "{why}");
+    let chosen = Unknowns { cameras: Some([1, 2]), ..three.unknowns };
+    let chosen = read(&Sample { unknowns: chosen, ..three }).unwrap();
+    assert!(near(moved(&chosen, [0.0; 3]), [-0.12, 0.01, 0.02]));
+}
+
+#[test]
+fn a_chain_of_cameras_under_extrinsics_is_composed_between_the_chosen_ones() {
+    let mut sample = with(
+        "DSEC",
+        "intrinsics:\n",
+        "  T_21:\n  - [1, 0, 0, -0.5]\n  - [0, 1, 0, 0]\n  - [0, 0, 1, 0]\n  - [0, 0, 0, 1]\nintrinsics:\n",
+    );
+    let (start, right) = sample.files[0].1.split_once("  cam1:\n").unwrap();
+    sample.files[0].1 = format!("{start}  cam1:\n{right}  cam2:\n{right}");
+    assert!(refusal(read(&sample)).contains("3 cameras: choose"));
+    sample.unknowns.cameras = Some([0, 2]);
+    assert!(near(moved(&read(&sample).unwrap(), [0.0; 3]), [-0.62, 0.01, 0.02]));
+}
+
+#[test]
+fn a_key_of_several_formats_tells_none_and_two_candidates_are_named() {
+    // `extrinsics` alone tells no format.
+    let why = refusal(of_one_file("rig.yaml", "extrinsics: {rotation_lr: 1}\n", size(9, 9)));
+    assert!(why.contains("(extrinsics) belong to no known format"), "{why}");
+    let both = and("ORB-SLAM3", "T_BS: [1]\nT_cn: 1\n");
+    assert!(read(&both).is_ok(), "the one that can be read");
+    let none = refusal(of_one_file("rig.yaml", "T_BS: 1\nfc_left: 2\n", size(9, 9)));
+    assert!(none.contains("keys of EuRoC; and of Bouguet") && none.contains("; or: "), "{none}");
+}
+
+#[test]
+fn a_rotation_of_few_digits_is_made_orthonormal_and_noted() {
+    let few = read(&with("OpenVINS", "0.6", "0.599")).unwrap();
+    let off = few.other[Meta::ROUNDED].as_f64().unwrap();
+    assert!((1e-3..2e-3).contains(&off), "{off}");
+    let row = few.r[1].iter().map(|x| x * x).sum::<f64>();
+    assert!((row - 1.0).abs() < 1e-12, "{row}");
+    assert_eq!(read(&named("OpenVINS")).unwrap().other.get(Meta::ROUNDED), None);
+    let mirrored = refusal(read(&with("DSEC", "[1, 0, 0, -0.12]", "[-1, 0, 0, -0.12]")));
+    assert!(mirrored.contains("left-handed, as those of Unity"), "{mirrored}");
+}
+
+#[test]
+fn texts_of_utf_16_are_read_and_a_parser_keeps_its_words() {
+    let text = &named("DSEC").files[0].1;
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("cam_to_cam.yaml");
+    for (mark, bytes) in [
+        ([0xff, 0xfe], u16::to_le_bytes as fn(u16) -> [u8; 2]),
+        ([0xfe, 0xff], u16::to_be_bytes as fn(u16) -> [u8; 2]),
+    ] {
+        let wide: Vec<u8> = text.encode_utf16().flat_map(bytes).collect();
+        std::fs::write(&path, [&mark[..], &wide].concat()).unwrap();
+        assert!(rigs::formats::import(&[&path], Unknowns::default()).is_ok());
+    }
+    std::fs::write(&path, text.replace('8', "\0")).unwrap();
+    assert!(refusal(rigs::formats::import(&[&path], Unknowns::default())).contains("not text"));
+    for (name, text, said) in [
+        ("a.json", "{\"a\": [1, }", "not JSON: line 1 cannot be read at column 11;"),
+        ("a.yaml", "a: [1\nb: }\n", "cannot be read; give"),
+        ("a.xml", "<a>\n<b></a>", "not XML: line 2 cannot be read;"),
+    ] {
+        let why = refusal(of_one_file(name, text, Unknowns::default()));
+        assert!(why.contains(said), "{why}");
+    }
+}
+
+#[test]
+fn four_mebibytes_of_document_marks_are_refused_at_once() {
+    // Counted in passes over the text: a second pass for each mark would be 10^12 steps.
+    let why = refusal(of_one_file("rig.yaml", &"---\n".repeat(1 << 20), Unknowns::default()));
+    assert!(why.contains("rig.yaml"), "{why}");
 }

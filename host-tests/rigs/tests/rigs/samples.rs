@@ -39,7 +39,7 @@ pub(crate) const fn size(width: u16, height: u16) -> Unknowns {
 }
 
 #[rustfmt::skip]
-const SAMPLES: [(&str, Files, Unknowns, bool); 37] = [
+const SAMPLES: [(&str, Files, Unknowns, bool); 47] = [
     ("OpenCV", &OPENCV, size(640, 480), true),
     ("OpenCV XML", &files!("opencv-xml": "stereo.xml"), NONE, true),
     ("lists in JSON", &files!("lists-in-json": "rig.json"), NONE, true),
@@ -76,6 +76,16 @@ const SAMPLES: [(&str, Files, Unknowns, bool); 37] = [
     ("stella_vslam", &files!("stella_vslam": "stella.yaml"), NONE, false),
     ("OpenCV rectification", &files!("opencv-rectification": "rig.yaml"), NONE, false),
     ("numpy", &files!("numpy": "rig.txt"), NONE, true),
+    ("DSEC", &files!("dsec": "cam_to_cam.yaml"), NONE, true),
+    ("iCub", &files!("icub": "icubEyes.ini"), NONE, true),
+    ("MRPT", &files!("mrpt": "stereo.ini"), NONE, true),
+    ("Anipose", &files!("anipose": "calibration.toml"), Unknowns { unit_m: 0.001, ..NONE }, true),
+    ("openMVG", &files!("openmvg": "sfm_data.json"), NONE, true),
+    ("OpenSfM", &files!("opensfm": "reconstruction.json"), NONE, true),
+    ("nerfstudio", &files!("nerfstudio": "transforms.json"), NONE, true),
+    ("ETH3D SLAM", &files!("eth3d-slam": "calibration.txt", "calibration2.txt", "extrinsics_1_2.txt"), size(739, 458), true),
+    ("DSOL", &files!("dsol": "calib.txt"), size(752, 480), false),
+    ("Stereo-DSO", &files!("stereo-dso": "camera.txt"), NONE, false),
     ("Bouguet", &files!("bouguet": "Calib_Results_stereo.txt"), Unknowns { unit_m: 0.001, ..size(640, 480) }, true),
 ];
 

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
+use rigs::data::Meta;
 use rigs::formats;
 use rigs::read_rig;
 
@@ -39,9 +40,6 @@ pub(crate) struct ImportArgs {
     out: PathBuf,
 }
 
-/// Plausible baselines of a rig, m.
-const LIKELY_M: std::ops::Range<f64> = 0.005..10.0;
-
 /// Runs `selfcal import`.
 pub(crate) fn import(args: &ImportArgs) -> Result<()> {
     let out = args.out.display();
@@ -58,13 +56,48 @@ pub(crate) fn import(args: &ImportArgs) -> Result<()> {
     }
     let text = serde_json::to_string_pretty(&meta)?;
     fs::write(&args.out, text + "\n").with_context(|| format!("cannot write {out}"))?;
-    if let Some(b) = meta.baseline_m.filter(|b| !LIKELY_M.contains(b)) {
+    let [x, y, z] = meta.t;
+    let baseline =
+        meta.baseline_m.map_or("not known".into(), |b| format!("{b} m{}", depths(&meta, b)));
+    writeln!(io::stdout(), "{out}: t = ({x:.4}, {y:.4}, {z:.4}), baseline {baseline}")?;
+    if let Some(off) = meta.other.get(Meta::ROUNDED).and_then(serde_json::Value::as_f64) {
         eprintln!(
-            "note: a baseline of {b} m is unlikely: is the unit of the translation another one (--unit)?"
+            "note: R has few digits: R^T R differed from the identity by {off:.1e}, and R was made orthonormal"
         );
     }
-    let [x, y, z] = meta.t;
-    let baseline = meta.baseline_m.map_or("not known".into(), |b| format!("{b} m"));
-    writeln!(io::stdout(), "{out}: t = ({x:.4}, {y:.4}, {z:.4}), baseline {baseline}")?;
+    if let Some(note) = other_axes(&meta) {
+        eprintln!("note: {note}");
+    }
     Ok(())
+}
+
+/// The depths that a baseline measures, by which the user knows a wrong unit: the disparity is from half of the width
+/// to 1 px.
+fn depths(meta: &Meta, baseline_m: f64) -> String {
+    let at_1_px = meta.k_l[0][0] * baseline_m;
+    let half = f64::from(meta.width) / 2.0;
+    format!(
+        ": depths from {:.2e} m (a disparity of half the width) to {at_1_px:.2e} m (1 px); if the scene has others, give another --unit",
+        at_1_px / half
+    )
+}
+
+/// A doubt about the axes, if the rig has cameras above or behind each other or turned by more than 90 degrees.
+fn other_axes(meta: &Meta) -> Option<String> {
+    let [x, y, z] = meta.t.map(f64::abs);
+    let cosine = (0..3).map(|i| meta.r[i][i]).sum::<f64>() / 2.0 - 0.5;
+    let odd = if cosine < 0.0 && meta.r[2][2] < 0.0 {
+        "the cameras look in opposite directions"
+    } else if z > x && z > y {
+        "the cameras stand behind each other"
+    } else if y > x {
+        "the cameras stand above each other"
+    } else {
+        return None;
+    };
+    Some(format!(
+        "{odd}. If they do not, the axes are others than x right, y down, z forward: OpenGL, Blender and NeRF have y up and z back, \
+         Unity y up and a left-handed frame, Unreal x forward, y right and z up, a robot's body x forward, y left and z up. Write R and \
+         t for the axes of OpenCV"
+    ))
 }
