@@ -4,10 +4,12 @@
 //! Shared by the fuzz targets and by property tests that run on any toolchain.
 
 mod check;
+mod host;
 mod link;
 mod record;
 mod store;
 
+pub use host::{run_bags, run_images, run_rigs, run_tables};
 pub use link::{run_decoder, run_frames};
 pub use record::run_record;
 pub use store::run_store;

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use fuzz::{run_bags, run_images, run_rigs, run_tables};
 use fuzz::{run_calibrator, run_decoder, run_frames, run_record, run_store};
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -22,7 +23,11 @@ fn random_bytes_into(harness: fn(&[u8]), runs: usize) {
 fn the_corpus_keeps_the_guarantees() {
     type Harness = fn(&[u8]);
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("corpus");
-    let harnesses: [(&str, Harness); 5] = [
+    let harnesses: [(&str, Harness); 9] = [
+        ("bags", run_bags),
+        ("images", run_images),
+        ("rigs", run_rigs),
+        ("tables", run_tables),
         ("calibrator", run_calibrator),
         ("decoder", run_decoder),
         ("frames", run_frames),
@@ -73,4 +78,11 @@ fn any_flash_and_any_operations_keep_the_guarantees_of_the_store() {
         loaded += run_store(&bytes);
     }
     assert!(loaded > 25 * operations, "{loaded}");
+}
+
+#[test]
+fn files_of_any_bytes_are_read_or_refused_by_name() {
+    for harness in [run_bags, run_images, run_rigs, run_tables] {
+        random_bytes_into(harness, runs(200, 20_000));
+    }
 }
