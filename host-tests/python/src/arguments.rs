@@ -19,14 +19,14 @@ pub(crate) fn motion(given: &Given<'_>) -> PyResult<bool> {
     given.extract().map_err(|_| wrong_type(format!("motion: {given} is neither True nor False")))
 }
 
-/// A float array of any number type and strides, row by row.
+/// An array of any type of real number and any strides, row by row.
 struct Floats {
     shape: Vec<usize>,
     numbers: Vec<f64>,
 }
 
 impl Floats {
-    /// Reads arrays of `f32` and `f64` directly; numpy converts other floats, and lists of numbers.
+    /// Reads arrays of `f32` and `f64` directly; numpy converts other numbers, and lists of them.
     fn of(name: &str, given: &Given<'_>) -> PyResult<Self> {
         if let Some(read) = Self::read::<f32>(given).or_else(|| Self::read::<f64>(given)) {
             return Ok(read);
@@ -36,11 +36,9 @@ impl Floats {
             wrong_type(format!("{name}: not an array of floats, but a {}: {why}", given.get_type()))
         })?;
         let kind: char = array.getattr("dtype")?.getattr("kind")?.extract()?;
-        // Whole numbers of a list are accepted as floats; an array of whole numbers may be an image.
-        if kind != 'f' && (kind != 'i' || array.is(given)) {
-            let hint = if kind == 'u' { ": an image? `match` finds points in images" } else { "" };
+        if !matches!(kind, 'f' | 'i' | 'u') {
             let given = described(&array);
-            return Err(wrong_type(format!("{name}: floats are expected, not {given}{hint}")));
+            return Err(wrong_type(format!("{name}: real numbers are expected, not {given}")));
         }
         let converted = array.call_method1("astype", ("float64",))?;
         let read = Self::read::<f64>(&converted);
@@ -54,12 +52,16 @@ impl Floats {
         Some(Self { shape: array.shape().to_vec(), numbers: numbers.into_raw_vec_and_offset().0 })
     }
 
-    /// Rows of `K` numbers.
+    /// Rows of `K` numbers; those of OpenCV are in an axis of their own, `(n, 1, K)`.
     ///
     /// * `shape`: the shape in words.
     fn rows<const K: usize>(&self, name: &str, shape: &str) -> PyResult<&[[f64; K]]> {
-        let is_of_rows = matches!(self.shape[..], [_, columns] if columns == K);
-        let wrong = || value(format!("{name}: shape {shape} is expected, not {:?}", self.shape));
+        let is_of_rows = matches!(self.shape[..], [_, columns] | [_, 1, columns] if columns == K);
+        let wrong = || {
+            let is_image = matches!(self.shape[..], [rows, columns, ..] if rows.min(columns) > 16);
+            let hint = if is_image { ": an image? `match` finds points in images" } else { "" };
+            value(format!("{name}: shape {shape} is expected, not {:?}{hint}", self.shape))
+        };
         is_of_rows.then(|| self.numbers.as_chunks().0).ok_or_else(wrong)
     }
 

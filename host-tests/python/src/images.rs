@@ -1,4 +1,4 @@
-//! `match` and `check`: the matcher and the verdict of `selfcal`; `encode_frame`: matches in the format of a matcher.
+//! `match` and `check`: the matcher and the verdict of `selfcal`.
 
 use std::path::PathBuf;
 use std::sync::atomic::AtomicBool;
@@ -13,21 +13,15 @@ use images::source::{RigOf, Source, Wanted};
 use images::verdict::Report;
 use numpy::{Element, PyReadonlyArray2};
 use pyo3::prelude::*;
-use pyo3::types::PyBytes;
-use rigs::data::Match;
 use rigs::formats::Unknowns;
 use sim::run::Step;
-use sim::wire::Sender;
-use stereo_selfcal::{Cameras, Correspondence};
+use stereo_selfcal::Cameras;
 
-use crate::arguments::{Given, POINTS, Points, Vector, described, matches, same_length};
+use crate::arguments::{Given, Points, Vector, described};
 use crate::errors::{of_file, value, wrong_type};
 use crate::outcome::Matches;
 use crate::pool::{install, install_until};
 use crate::rig::Rig;
-
-/// Largest track of a frame: 12 bits.
-const MAX_TRACK: u16 = 4095;
 
 /// Largest difference of the time stamps of a pair, s, as in `selfcal check`.
 const TOLERANCE_S: f64 = 0.005;
@@ -163,36 +157,4 @@ impl Listener for Silent {
     fn pair(&mut self, _number: usize, _step: &Step) {}
 
     fn skipped(&mut self, _why: &str) {}
-}
-
-/// Encodes matches as the bytes of a matcher.
-#[pyfunction]
-#[pyo3(signature = (sequence, uv_left, uv_right, score=None, *, size, tracks=None))]
-pub(crate) fn encode_frame<'py>(
-    py: Python<'py>,
-    sequence: u32,
-    uv_left: &Given<'py>,
-    uv_right: &Given<'py>,
-    score: Option<&Given<'py>>,
-    size: (u16, u16),
-    tracks: Option<Vec<i64>>,
-) -> PyResult<Bound<'py, PyBytes>> {
-    let pair = matches(POINTS, [uv_left, uv_right], score, 0.0)?;
-    let tracks = tracks.unwrap_or_else(|| vec![0; pair.len()]);
-    same_length("tracks", tracks.len(), pair.len())?;
-    let one = |(i, (c, track)): (usize, (&Correspondence<f32>, i64))| {
-        let ([ul, vl], [ur, vr]) = (c.left.map(f64::from), c.right.map(f64::from));
-        let sent = u16::try_from(track).ok().filter(|track| *track <= MAX_TRACK);
-        let wrong = || value(format!("tracks[{i}] = {track} is not within 0 to {MAX_TRACK}"));
-        let m = Match { ul, vl, ur, vr, score: c.score.into(), step: 0.0 };
-        sent.map(|sent| (m, sent)).ok_or_else(wrong)
-    };
-    let pair = pair.iter().zip(tracks).enumerate().map(one).collect::<PyResult<Vec<_>>>()?;
-    let sender = Sender::new(size.into(), [0.0]).map_err(of_file)?;
-    let (bytes, left_out) = sender.tracked_frame(sequence, &pair);
-    if left_out > 0 {
-        let out = format!("{left_out} of {} matches are out of a frame's range", pair.len());
-        return Err(value(format!("uv_left, uv_right: {out}")));
-    }
-    Ok(PyBytes::new(py, &bytes))
 }

@@ -15,6 +15,8 @@ mod calibrator;
 mod camera;
 mod engine;
 mod errors;
+mod frames;
+#[cfg(feature = "images")]
 mod images;
 mod outcome;
 mod pool;
@@ -22,12 +24,15 @@ mod rig;
 
 #[pyo3::pymodule]
 mod _native {
+    #[cfg(feature = "images")]
+    #[pymodule_export]
+    use crate::images::{check, match_images};
     #[pymodule_export]
     use crate::{
         calibration::Calibration,
         calibrator::{Calibrator, solve_pairs},
         camera::Camera,
-        images::{check, encode_frame, match_images},
+        frames::encode_frame,
         outcome::{Details, Pair, Result, Verdict},
         rig::{Rig, read_rig},
     };

@@ -5,10 +5,14 @@ images before undistortion, and ``(0, 0)`` is the centre of the top left one. An
 those of a vehicle with the same capacity, bit for bit.
 """
 
+from importlib.metadata import version
+
 from . import _errors, _native, _plot, _results
 from ._errors import *
 from ._native import *
 from ._plot import *
 from ._results import *
+
+__version__ = version("stereo-selfcal")
 
 __all__ = _errors.__all__ + _native.__all__ + _plot.__all__ + _results.__all__
