@@ -8,7 +8,7 @@
  * raw image, before undistortion, with the centre of the top left pixel at (0, 0).
  *
  * Every function returns a selfcal_error_t and writes its results through pointers; the exceptions are
- * selfcal_string and selfcal_argument_string, which return a text. Pointers must not be null, unless the
+ * selfcal_string, selfcal_argument_string and selfcal_version, which return a text. Pointers must not be null, unless the
  * function documents otherwise. Null and misaligned pointers and storage that is not initialised are refused.
  * A refused call writes no results except the ones that its documentation names. The calibration in use stays as
  * it is, unless a record is refused: selfcal_restore then leaves the factory calibration in use. Refused
@@ -42,6 +42,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+/* Version of this header; selfcal_version gives that of the library. */
+#define SELFCAL_VERSION "0.1.0"
+
 
 #if defined(SELFCAL_CAPACITY_1024)
 /**
@@ -2051,6 +2054,12 @@ selfcal_error_t selfcal_factory_to_record(const struct selfcal_factory_t *factor
 selfcal_error_t selfcal_factory_from_record(struct selfcal_factory_t *factory,
                                             const uint8_t *record,
                                             size_t length);
+
+/**
+ * Returns the version of the library as a text; never null. Compare it with `SELFCAL_VERSION` before `selfcal_init`: a
+ * library of another version may read the storage and the configurations in another way.
+ */
+const char *selfcal_version(void);
 
 /**
  * Writes the size and alignment of the storage that the library needs, and its capacity. Use them to allocate the

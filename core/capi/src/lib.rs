@@ -5,7 +5,7 @@
 //! z forward; matrices row by row; angles in rad; pixels of the raw image, before undistortion.
 //!
 //! Every function returns a [`selfcal_error_t`] and writes its results through pointers; the
-//! exceptions are `selfcal_string` and `selfcal_argument_string`. A refused call writes no results
+//! exceptions are `selfcal_string`, `selfcal_argument_string` and `selfcal_version`. A refused call writes no results
 //! except the ones that its documentation names. The calibration in use stays as it is, unless a record is refused:
 //! [`selfcal_restore`] then leaves the factory calibration in use. Refused correspondences are counted. A
 //! refused pair is noted in the verdict and may count against the estimate.

@@ -1,11 +1,27 @@
 //! Start and reset of a calibrator.
 
+use core::ffi::{CStr, c_char};
+
 use crate::capacity::SELFCAL_CAPACITY;
 use crate::config::selfcal_config_t;
 use crate::error::{selfcal_error_t, status};
 use crate::factory::{factory, selfcal_factory_t};
 use crate::instance::{Instance, exclusive, place, selfcal_t};
 use crate::pointer::{Out, read};
+
+/// Version of the library.
+const VERSION: &CStr =
+    match CStr::from_bytes_with_nul(concat!(env!("CARGO_PKG_VERSION"), "\0").as_bytes()) {
+        Ok(version) => version,
+        Err(_) => c"",
+    };
+
+/// Returns the version of the library as a text; never null. Compare it with `SELFCAL_VERSION` before `selfcal_init`: a
+/// library of another version may read the storage and the configurations in another way.
+#[unsafe(no_mangle)]
+pub extern "C" fn selfcal_version() -> *const c_char {
+    VERSION.as_ptr()
+}
 
 /// Storage that the library needs.
 #[repr(C)]

@@ -362,3 +362,13 @@ fn a_pair_that_is_solved_and_not_fused_has_a_report() {
     assert_eq!((code, outcome.fused), (SELFCAL_ERROR_FROZEN, selfcal_fused_t::SELFCAL_FUSED_NOT));
     assert!(outcome.has_pair && outcome.pair.rms_px_after < outcome.pair.rms_px_before);
 }
+
+#[test]
+fn header_and_library_state_the_version_of_the_package() {
+    // SAFETY: the text is static and ends with a zero.
+    let library = unsafe { std::ffi::CStr::from_ptr(selfcal_version()) };
+    let package = env!("CARGO_PKG_VERSION");
+    assert_eq!(library.to_str(), Ok(package));
+    let header = include_str!("../../include/stereo_selfcal.h");
+    assert!(header.contains(&format!("#define SELFCAL_VERSION \"{package}\"\n")), "{package}");
+}
