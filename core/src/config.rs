@@ -213,7 +213,8 @@ impl Config {
         }
     }
 
-    /// Sets the least number of usable correspondences that a pair needs. Default 12.
+    /// Sets the least number of usable correspondences that a pair needs. Default 12. A calibrator of a
+    /// smaller capacity refuses every pair ([`crate::Rejection::TooFew`]).
     ///
     /// # Errors
     /// [`ConfigError::MinCorrespondences`] if the value is below 6: the five unknowns need five correspondences, and a
@@ -233,9 +234,9 @@ impl Config {
     /// The bound keeps the information finite on data without noise.
     ///
     /// # Errors
-    /// [`ConfigError::NoiseFloor`] unless the value is finite and above 0.
+    /// [`ConfigError::NoiseFloor`] if the value is outside 0.001 to 100: the square of a much smaller one is 0 in `f32`.
     pub const fn with_noise_floor_px(mut self, px: f32) -> Result<Self, ConfigError> {
-        if px > 0.0 && px.is_finite() {
+        if px >= 1e-3 && px <= 100.0 {
             self.noise_floor_px = px;
             Ok(self)
         } else {

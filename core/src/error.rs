@@ -99,8 +99,8 @@ pub enum ConfigError {
     /// Least number of correspondences: at least 6, one more than the number of unknowns.
     #[error("min correspondences must be at least 6")]
     MinCorrespondences,
-    /// Noise floor: finite and above 0 px.
-    #[error("noise floor must be finite and above 0 px")]
+    /// Noise floor: from 0.001 to 100 px.
+    #[error("noise floor must lie within 0.001 to 100 px")]
     NoiseFloor,
     /// Standard deviation of the prior: from 1e-4 to 1 rad.
     #[error("prior standard deviation must lie within 1e-4 to 1 rad")]

@@ -311,6 +311,10 @@ pub(crate) const MAX_MODEL_ERROR: f64 = 0.1;
 /// one makes more disagreements equal.
 pub(crate) const MAX_TOLD_DISAGREEMENT: f64 = 1e4;
 
+/// Largest number of correspondences in one of the 48 cells of the image. A larger number raises the worst-case time of a
+/// push; a smaller one loses matches of a scene in a few cells.
+pub(crate) const MAX_IN_CELL: u16 = 128;
+
 /// Number of correspondences of a pair that are remembered, one for each bit of a word; and number of coordinate steps
 /// per pixel. Larger numbers cost memory; smaller ones make the share noisy.
 pub(crate) const REMEMBERED: usize = 32;

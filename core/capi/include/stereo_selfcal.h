@@ -1148,7 +1148,7 @@ typedef struct selfcal_config_t {
      */
     float prior_sd_rad;
     /**
-     * Lower bound of the estimated noise, px: finite and above 0. Robust preset: noise of a coordinate, default 0.15.
+     * Lower bound of the estimated noise, px: 0.001 to 100. Robust preset: noise of a coordinate, default 0.15.
      * Paper preset: noise of a row offset, default 0.02. The bound keeps the information finite on data without noise.
      */
     float noise_floor_px;

@@ -65,7 +65,7 @@ pub struct selfcal_config_t {
     /// Standard deviation of the factory extrinsics about each axis, rad: 1e-4 to 1; default 0.1. A larger value
     /// follows a rig that is further off; a smaller one stabilises pairs with little information. Robust preset.
     pub prior_sd_rad: f32,
-    /// Lower bound of the estimated noise, px: finite and above 0. Robust preset: noise of a coordinate, default 0.15.
+    /// Lower bound of the estimated noise, px: 0.001 to 100. Robust preset: noise of a coordinate, default 0.15.
     /// Paper preset: noise of a row offset, default 0.02. The bound keeps the information finite on data without noise.
     pub noise_floor_px: f32,
     /// Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. A larger value lets
@@ -127,7 +127,7 @@ impl ConfigFault {
                 ConfigError::MaxPasses => c"max_passes is below 2",
                 ConfigError::StepTolerance => c"step_tolerance_rad is not within 0 to 0.1",
                 ConfigError::MinCorrespondences => c"min_correspondences is below 6",
-                ConfigError::NoiseFloor => c"noise_floor_px is not finite or not above 0",
+                ConfigError::NoiseFloor => c"noise_floor_px is outside 0.001 to 100",
                 ConfigError::PriorStandardDeviation => c"prior_sd_rad is not within 1e-4 to 1",
                 ConfigError::MaxStandardDeviation => c"max_sd_rad is not finite or not above 0",
                 ConfigError::Memory => c"memory_pairs is below 20",

@@ -190,19 +190,15 @@ impl<T: Scalar> BiasedEquations<T> {
     /// noise.
     #[inline(never)]
     pub(crate) fn debiased(&self) -> NormalEquations<T> {
-        let Some((step, covariance)) = self.normal.optimum() else {
+        let Some(factor) = self.normal.information.0.factor(T::ZERO) else {
             return self.normal;
         };
-        let (v33, v43, v44) = (covariance.0[9], covariance.0[13], covariance.0[14]);
-        let inverse_det = T::ONE / (v33 * v44 - v43 * v43);
-        let (k33, k43, k44) = (v44 * inverse_det, -v43 * inverse_det, v33 * inverse_det);
-        let l11 = k33.sqrt();
-        let l21 = k43 / l11;
-        let l22 = (k44 - l21 * l21).sqrt();
-        // The test is written so that a NaN fails it.
-        if !(l11 > T::ZERO && l22 > T::ZERO && inverse_det > T::ZERO) {
-            return self.normal;
-        }
+        let step = -factor.solve(&self.normal.gradient);
+        // The factors of all information end with those of the marginal information: nothing cancels in `f32`.
+        let [k33, unit_l21, pivot] = factor.of_last_two();
+        let [l11, l22] = [k33.sqrt(), pivot.sqrt()];
+        let l21 = unit_l21 * l11;
+        let (k43, k44) = (l21 * l11, l21 * l21 + pivot);
         let [a, b, c] = self.noise.0.map(|n| n * T::lit(DISPARITY_NOISE_MARGIN));
         let w11 = a / k33;
         let w21 = (b / l11 - l21 * w11) / l22;

@@ -222,6 +222,13 @@ impl<T: Scalar> Symmetric5<T> {
 }
 
 impl<T: Scalar> Factor<T> {
+    /// Returns the factors of the marginal of the last two unknowns `K = L D L^T`, that is, of `M` without the other
+    /// unknowns: the first pivot, the element of `L` below the diagonal, and the second pivot. Both pivots are above 0.
+    pub(crate) fn of_last_two(&self) -> [T; 3] {
+        let ([.., below], [.., first, second]) = (self.lower, self.inverse_pivots);
+        [T::ONE / first, below, T::ONE / second]
+    }
+
     /// Returns `M^-1 x` by forward and back substitution, without a division.
     #[inline(never)]
     pub(crate) fn solve(&self, x: &Vector5<T>) -> Vector5<T> {
@@ -324,6 +331,13 @@ mod tests {
             prop_assert!(gap.amax() < 1e-9 * v.component_mul(&scale).amax());
             let form = packed.inverse_form(&v).unwrap();
             prop_assert!((form - v.dot(&solved)).abs() <= 1e-12 * form.abs());
+            let [first, below, second] = packed.factor(0.0).unwrap().of_last_two();
+            let marginal = [first, below * first, below * below * first + second];
+            let block = inverse.matrix().fixed_view::<2, 2>(3, 3).try_inverse().unwrap();
+            let expected = [block.m11, block.m21, block.m22];
+            for (ours, expected) in marginal.iter().zip(expected) {
+                prop_assert!((ours - expected).abs() < 1e-6 * (block.m11 + block.m22), "{block}");
+            }
         }
     }
 

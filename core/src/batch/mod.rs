@@ -34,7 +34,8 @@ pub enum Pushed {
     Kept,
     /// The batch holds the correspondence in place of another one.
     Replaced,
-    /// The batch is full and does not hold the correspondence, which has the lowest priority in the fullest cells.
+    /// The batch or the cell is full, and the batch does not hold the correspondence, which has the lowest priority in
+    /// the fullest cells or in its cell.
     LeftOut,
 }
 
@@ -43,8 +44,8 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 
 /// Up to `N` correspondences as rays, and counts of the correspondences left out or refused. `N` is at most 16384.
 ///
-/// A full batch keeps correspondences spread over the left image. Within a cell it prefers the better score, and
-/// chooses pseudo-randomly among equal scores. The order of arrival has no influence.
+/// A full batch keeps correspondences spread over the left image. Within a cell of a grid of 8 x 6 it prefers the better
+/// score, and chooses pseudo-randomly among equal scores. A cell holds at most 128. The order of arrival has no influence.
 ///
 /// RAM: 372 bytes, plus 23 bytes per correspondence in `f32`.
 ///
@@ -112,7 +113,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     }
 
     /// Undistorts and keeps one correspondence. A full batch replaces the correspondence with the lowest priority in
-    /// the fullest cells; if this is the new one, it is left out.
+    /// the fullest cells; if this is the new one, it is left out. A full cell of a batch with room replaces its own.
     ///
     /// A correspondence that is left out for its priority is not undistorted, so a missing ray goes unnoticed. Cost:
     /// two undistortions, and a search in the list of the cell if the correspondence is kept.
@@ -148,7 +149,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.seen.insert(cell);
         self.shift.add(c);
         self.row_grid.add((c.left[1] - c.right[1]).abs(), T::ZERO);
-        let full = self.pairs.is_full();
+        let full = self.pairs.is_full() || self.selection.is_full(cell);
         let eviction = full.then(|| self.selection.eviction(cell, &self.pairs));
         let stays = eviction.map_or(Some(true), |eviction| eviction.is_replaced_by(priority));
         if stays == Some(false) {
@@ -337,6 +338,7 @@ mod tests {
 
     use super::correspondence::tests::cameras;
     use super::*;
+    use crate::thresholds::MAX_IN_CELL;
     use core::cmp::Reverse;
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -352,6 +354,19 @@ mod tests {
         }
     }
 
+    fn in_one_cell() -> impl Strategy<Value = Correspondence<f32>> {
+        (0..79_u8, 0..79_u8, 1..60_u8, 0..4_u8).prop_map(|(u, v, d, score)| {
+            let [u, v, d, score] = [u, v, d, score].map(f32::from);
+            let left = [240.0 + u, 240.0 + v];
+            Correspondence {
+                left,
+                right: [left[0] - d, left[1]],
+                score: score / 4.0,
+                grid_step: 1.0,
+            }
+        })
+    }
+
     /// Priority, and the rays that decide between equal priorities.
     type Order = (Priority, [u64; 4]);
 
@@ -364,6 +379,7 @@ mod tests {
         let all: Vec<_> = offered.iter().map(|c| (cameras().cell(c), order(c))).collect();
         let rank = |cell, p| all.iter().filter(|(c, other)| *c == cell && *other > p).count();
         let mut order: Vec<_> = all.iter().map(|&(c, p)| (rank(c, p), Reverse(p))).collect();
+        order.retain(|(rank, _)| *rank < MAX_IN_CELL.into());
         order.sort_unstable();
         let mut kept: Vec<_> = order.iter().take(n).map(|(_, Reverse((_, rays)))| *rays).collect();
         kept.sort_unstable();
@@ -396,6 +412,22 @@ mod tests {
             prop_assert_eq!(selected::<20>(&offered), first_by_rank_and_priority(&offered, 20));
             prop_assert_eq!(selected::<60>(&offered), first_by_rank_and_priority(&offered, 60));
             prop_assert_eq!(selected::<200>(&offered), first_by_rank_and_priority(&offered, 200));
+        }
+
+        #[test]
+        fn a_cell_keeps_the_first_by_priority_for_any_order_of_arrival(
+            mut offered in prop::collection::vec(in_one_cell(), 100..300),
+        ) {
+            offered.sort_by(|a, b| (a.left, a.right).partial_cmp(&(b.left, b.right)).unwrap());
+            offered.dedup_by(|a, b| (a.left, a.right) == (b.left, b.right));
+            let expected = first_by_rank_and_priority(&offered, 512);
+            prop_assert_eq!(expected.len(), offered.len().min(MAX_IN_CELL.into()));
+            for turn in [0, 50] {
+                offered.rotate_left(turn);
+                prop_assert_eq!(&selected::<512>(&offered), &expected);
+                offered.reverse();
+                prop_assert_eq!(&selected::<512>(&offered), &expected);
+            }
         }
     }
 }

@@ -67,9 +67,14 @@ pub(crate) fn form_peak<T: Scalar>([near, beside]: [T; 2]) -> bool {
     near - beside > T::lit(SIGNIFICANT) * (near + beside).sqrt()
 }
 
+fn is_limit<T: Scalar>(limit: T) -> bool {
+    limit > T::ZERO && limit.is_finite()
+}
+
 impl<T: Scalar> Leverage<T> {
     /// Returns the limit for the next pass, from the sums of this pass: [`MAX_LEVERAGE`] times the mean share of a
-    /// weighted correspondence in the information on the baseline. `None` if the limit is not finite.
+    /// weighted correspondence in the information on the baseline. `None` if the limit is not finite or not above 0: if
+    /// no correspondence was weighted, a limit of 0 would leave the next pass without weights, too.
     ///
     /// * `information`: information of this pass, after its own limit on leverage, 1/rad^2.
     /// * `weighted`: number of correspondences that have a weight above 0 in this pass.
@@ -85,7 +90,7 @@ impl<T: Scalar> Leverage<T> {
         let mean = trace(&covariance, &baseline_block(information)) / weighted.max(T::ONE);
         let limit = T::lit(MAX_LEVERAGE) * mean;
         let covariance = covariance.map(|c| c * growth);
-        limit.is_finite().then_some(Self { covariance, limit, high: limit })
+        is_limit(limit).then_some(Self { covariance, limit, high: limit })
     }
 
     /// Returns the limit after a step of a track. If the correspondences of high leverage are inliers and form a class
@@ -110,13 +115,13 @@ impl<T: Scalar> Leverage<T> {
     }
 
     /// Returns the limit before the first step of a track: [`FIRST_MAX_LEVERAGE`] times the median share. `None` if the
-    /// limit is not finite.
+    /// limit is not finite or not above 0.
     ///
     /// * `median`: median share of a sample; `covariance`: covariance of the pose, rad^2.
     pub(super) fn first(median: T, covariance: &Symmetric5<T>) -> Option<Self> {
         let limit = T::lit(FIRST_MAX_LEVERAGE) * median;
         let covariance = baseline_block(covariance);
-        limit.is_finite().then_some(Self { covariance, limit, high: limit })
+        is_limit(limit).then_some(Self { covariance, limit, high: limit })
     }
 
     /// Returns the factor of a weight: 1 up to the limit, and `(limit / share)^2` beyond it.
@@ -206,6 +211,13 @@ mod tests {
         let m = covariance.matrix();
         let form = y * y * m.m44 + 2.0 * y * z * m.m54 + z * z * m.m55;
         assert!((share(&baseline_block(&covariance), 2.0, &j) - 2.0 * form).abs() < 1e-15);
+    }
+
+    #[test]
+    fn without_a_weighted_correspondence_there_is_no_limit() {
+        let (_, _, covariance) = rows();
+        assert!(Leverage::of(&Symmetric5::ZERO, 0.0, &covariance, 1.0).is_none());
+        assert!(Leverage::first(0.0, &covariance).is_none());
     }
 
     #[test]

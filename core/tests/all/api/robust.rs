@@ -6,7 +6,9 @@ use crate::api::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::outcome::Stop;
-use stereo_selfcal::{Calibrator, Config, Correspondence, PairReport, Rejection, Scalar, State};
+use stereo_selfcal::{
+    Calibrator, Config, ConfigError, Correspondence, PairReport, Rejection, Scalar, State,
+};
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
 const BASELINE: [f64; 2] = [4.0, -3.0];
@@ -187,6 +189,21 @@ fn a_pair_counts_once_and_not_after_a_reset() {
         assert_eq!(calibrator.solve_pair().fused, none);
         assert_eq!(calibrator.proposal(), None);
     }
+}
+
+#[test]
+fn a_noise_floor_whose_square_is_zero_is_refused() {
+    for px in [1e-30, 9.9e-4, 100.1, 0.0, -1.0, f32::INFINITY, f32::NAN] {
+        assert_eq!(Config::robust().with_noise_floor_px(px), Err(ConfigError::NoiseFloor), "{px}");
+    }
+}
+
+#[test]
+fn a_least_number_above_the_capacity_refuses_every_pair_and_says_both_numbers() {
+    let config = Config::robust().with_min_correspondences(300).unwrap();
+    let mut calibrator = with::<f32, 256>(config);
+    fill(&mut calibrator, &correspondences(&rig(ROTATION, BASELINE), 400, 0.5, 9));
+    assert_eq!(calibrator.solve_pair().fused, Err(Rejection::TooFew { usable: 256, needed: 300 }));
 }
 
 #[test]
