@@ -4,8 +4,9 @@ use nalgebra::Vector2;
 
 use super::grid::Cell;
 use super::row_grid::step_of;
-use crate::error::{CameraError, PushError, Side};
-use crate::geometry::camera::Camera;
+use super::short_float::ShortFloat;
+use crate::error::{CameraError, PushError, Side, UndistortError};
+use crate::geometry::camera::{Camera, CameraRay};
 use crate::geometry::lens_correction::{LensCorrection, RayChange};
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_TANGENT;
@@ -14,9 +15,20 @@ use crate::thresholds::MAX_TANGENT;
 const FULL_SCORE: u16 = (1 << SCORE_BITS) - 1;
 const SCORE_BITS: u16 = 10;
 
-/// Resolution of [`RayPair::grid_step`], steps per px. `MAX_GRID_STEP_PX` is the largest grid step, px.
-const STEPS_PER_PX: f64 = 256.0;
-const MAX_GRID_STEP_PX: f64 = 65_535.0 / STEPS_PER_PX;
+/// Largest grid step, px.
+const MAX_GRID_STEP_PX: f64 = 65_535.0 / 256.0;
+
+/// Format of the grid steps: 10 bits from 1/256 px, rounded by 1/128 at most, and exact for 2^n px. Its code 0 is taken
+/// for a step of 0.
+const GRID_STEP: ShortFloat = ShortFloat::new((1.0 - 1.0 / 128.0) / 256.0, 6, 10);
+
+/// Format of the local scales: 6 bits from 1/4 to 60, rounded by 1/16 at most. The bits of the grid step are above them.
+const SCALE: ShortFloat = ShortFloat::new(0.25, 3, SCALE_BITS);
+const SCALE_BITS: u32 = 6;
+const SCALES: u16 = (1 << SCALE_BITS) - 1;
+
+/// Code of the local scale of a pinhole camera, which is 1.
+const UNIT_SCALE: u16 = 16;
 
 /// One left/right correspondence in pixel coordinates of the captured images, before undistortion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,24 +68,27 @@ fn is_within<T: Scalar>(x: T, most: T) -> bool {
 
 /// The rays of one correspondence at unit depth, each in its camera frame, dimensionless.
 ///
-/// RAM: 20 bytes in `f32`, with the score in steps of 1/1023 and the grid step in 1/256 px.
+/// RAM: 20 bytes in `f32`, with the score in steps of 1/1023, the grid step rounded by 1/128 of itself at most, and the
+/// local scale by 1/16.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RayPair<T> {
     pub(crate) left: Vector2<T>,
     pub(crate) right: Vector2<T>,
     /// Score, and cell of the left pixel.
     tag: u16,
-    grid_step: u16,
+    /// Local scale, and grid step.
+    steps: u16,
 }
 
 impl<T: Scalar> RayPair<T> {
     /// Rays along both optical axes.
     pub(crate) const ZERO: Self = {
         let axis = Vector2::new(T::ZERO, T::ZERO);
-        Self { left: axis, right: axis, tag: 0, grid_step: 0 }
+        Self { left: axis, right: axis, tag: 0, steps: UNIT_SCALE }
     };
 
-    /// Creates a pair from undistorted rays `[x, y]` at unit depth, with score 1 and continuous coordinates.
+    /// Creates a pair from undistorted rays `[x, y]` at unit depth, with score 1, continuous coordinates and the local
+    /// scale of a pinhole.
     ///
     /// `None` if a coordinate is not finite, or above 11.43 (85 degrees) in magnitude.
     pub fn try_new(left: [T; 2], right: [T; 2]) -> Option<Self> {
@@ -83,8 +98,33 @@ impl<T: Scalar> RayPair<T> {
             left: left.into(),
             right: right.into(),
             tag: FULL_SCORE,
-            grid_step: 0,
+            steps: UNIT_SCALE,
         })
+    }
+
+    /// Returns the pair of two rays.
+    ///
+    /// * `tag`: score and cell; `grid_step`: code of the grid step.
+    #[inline(always)]
+    fn of(left: &CameraRay<T>, right: &CameraRay<T>, tag: u16, grid_step: u16) -> Self {
+        let density = left.density * right.density;
+        // Exact for pinhole cameras, without the roots.
+        let is_pinhole = density == T::ONE;
+        let scale =
+            if is_pinhole { UNIT_SCALE } else { SCALE.code(T::ONE / density.sqrt().sqrt()) };
+        Self { left: left.ray, right: right.ray, tag, steps: scale | (grid_step << SCALE_BITS) }
+    }
+
+    /// Creates a pair from `x_l`, `y_l`, `x_r`, `y_r` at unit depth.
+    #[cfg(test)]
+    pub(crate) fn of_rays([x_l, y_l, x_r, y_r]: [T; 4]) -> Self {
+        Self::try_new([x_l, y_l], [x_r, y_r]).expect("sane rays")
+    }
+
+    /// Returns the pair with another local scale.
+    #[cfg(test)]
+    pub(crate) fn with_scale(self, scale: T) -> Self {
+        Self { steps: (self.steps & !SCALES) | SCALE.code(scale), ..self }
     }
 
     /// Returns the left ray `[x, y]` at unit depth, in the left camera frame.
@@ -123,15 +163,26 @@ impl<T: Scalar> RayPair<T> {
         Cell::from_bits(self.tag >> SCORE_BITS)
     }
 
-    /// Returns the step of the grid that the rows lie on, px, rounded to 1/256; 0 for continuous rows. The rows may
-    /// show a larger step than the matcher states.
+    /// Returns the step of the grid that the rows lie on, px, rounded by 1/128 of itself at most; 0 for continuous rows.
+    /// The rows may show a larger step than the matcher states.
     pub fn grid_step(&self) -> T {
-        T::count(self.grid_step.into()) * T::lit(1.0 / STEPS_PER_PX)
+        match self.steps >> SCALE_BITS {
+            0 => T::ZERO,
+            code => GRID_STEP.value(code),
+        }
     }
 
     /// Raises the step of the grid to at least `step`, px.
-    pub(super) fn widen_grid(&mut self, step: T) {
-        self.grid_step = self.grid_step.max(nearest(step * T::lit(STEPS_PER_PX)));
+    pub(crate) fn widen_grid(&mut self, step: T) {
+        let [own, other] = [self.steps >> SCALE_BITS, GRID_STEP.code(step)];
+        self.steps = (self.steps & SCALES) | (own.max(other) << SCALE_BITS);
+    }
+
+    /// Returns the local scale, dimensionless: the length of a pixel at unit depth times the mean focal length. It is
+    /// 1 for pinhole cameras, and larger towards the border of a wide-angle lens. It is the geometric mean over both
+    /// images and all directions in them, rounded by 1/16 of itself at most.
+    pub(crate) fn scale(&self) -> T {
+        SCALE.value(self.steps & SCALES)
     }
 }
 
@@ -213,15 +264,22 @@ impl<T: Scalar> Cameras<T> {
         c: &Correspondence<T>,
         cell: Cell,
     ) -> Result<RayPair<T>, PushError> {
-        Ok(RayPair {
-            left: self.left.ray_of_checked(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?,
-            right: self
-                .right
-                .ray_of_checked(c.right)
-                .map_err(|e| PushError::Pixel(Side::Right, e))?,
-            tag: c.score_steps() | (cell.bits() << SCORE_BITS),
-            grid_step: nearest(step_of(c) * T::lit(STEPS_PER_PX)),
-        })
+        let left = self.left.ray_of_checked(c.left).map_err(|e| PushError::Pixel(Side::Left, e))?;
+        let right =
+            self.right.ray_of_checked(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?;
+        let tag = c.score_steps() | (cell.bits() << SCORE_BITS);
+        Ok(RayPair::of(&left, &right, tag, GRID_STEP.code(step_of(c))))
+    }
+
+    /// Returns the rays of the pixels of one point, with score 1 and continuous coordinates.
+    ///
+    /// # Errors
+    /// [`UndistortError`] of the left or the right pixel.
+    pub(crate) fn pair(&self, left: [T; 2], right: [T; 2]) -> Result<RayPair<T>, UndistortError> {
+        self.left.check(left)?;
+        self.right.check(right)?;
+        let (left, right) = (self.left.ray_of_checked(left)?, self.right.ray_of_checked(right)?);
+        Ok(RayPair::of(&left, &right, FULL_SCORE, 0))
     }
 }
 
@@ -252,13 +310,13 @@ pub(super) mod tests {
 
     proptest! {
         #[test]
-        fn score_and_grid_step_are_rounded_to_nearest(
+        fn score_and_grid_step_are_rounded(
             score in 0.0..=1.0_f32,
             step in 0.0..=255.99_f32,
         ) {
             let kept = rays(score, step).unwrap();
             prop_assert!((kept.score() - score).abs() <= 0.501 / 1023.0);
-            prop_assert!((kept.grid_step() - step).abs() <= 0.501 / 256.0);
+            prop_assert!((kept.grid_step() - step.min(252.0)).abs() <= 0.002 + step / 127.9);
         }
     }
 
@@ -267,7 +325,10 @@ pub(super) mod tests {
         let ends = |score, step| rays(score, step).map(|pair| (pair.score(), pair.grid_step()));
         let largest = 65_535.0 / 256.0;
         assert_eq!(ends(0.0, 0.0), Ok((0.0, 0.0)));
-        assert_eq!(ends(1.0, largest), Ok((1.0, largest)));
+        assert_eq!(ends(1.0, largest), Ok((1.0, 252.0)));
+        for step in [1.0 / 256.0, 0.25, 1.0, 1.5, 100.0] {
+            assert_eq!(ends(1.0, step), Ok((1.0, step)));
+        }
         assert_eq!(ends(1.0_f32.next_up(), 0.0), Err(PushError::Score));
         assert_eq!(ends(1.0, largest.next_up()), Err(PushError::GridStep));
         assert_eq!(ends(1.0, -f32::MIN_POSITIVE), Err(PushError::GridStep));

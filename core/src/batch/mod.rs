@@ -6,6 +6,7 @@ pub(crate) mod row_grid;
 pub(crate) mod row_offset;
 mod selection;
 mod shift;
+mod short_float;
 pub(crate) mod sides;
 
 pub use correspondence::RayPair;
@@ -188,7 +189,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     /// Returns the match whose left ray is nearest to `ray`, among the matches within `reach` that have a small row
     /// offset at a pose.
     ///
-    /// * `reach`: largest distance of the left rays; `most`: largest row offset; both at unit depth.
+    /// * `reach`: largest distance of the left rays; `most`: largest row offset; both in pixels over the focal length.
     pub(crate) fn nearest(
         &self,
         ray: &Vector2<T>,
@@ -198,7 +199,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     ) -> Option<&RayPair<T>> {
         let mut nearest = (reach * reach, None);
         for pair in self.pairs() {
-            let squared = (pair.left - ray).norm_squared();
+            let squared = (pair.left - ray).norm_squared() / (pair.scale() * pair.scale());
             if squared <= nearest.0 && is_within_rows(pair, pose, most) {
                 nearest = (squared, Some(pair));
             }

@@ -26,13 +26,21 @@ pub fn row_offset<T: Scalar>(rotations: &RectifyingRotations<T>, pair: &RayPair<
     Some(y_l * inverse_l - y_r * inverse_r)
 }
 
-/// Returns whether the magnitude of the row offset at a pose is at most `most`, at unit depth.
+/// Returns [`row_offset`] in pixels of the images over the mean focal length, dimensionless.
+pub(crate) fn pixel_row_offset<T: Scalar>(
+    rotations: &RectifyingRotations<T>,
+    pair: &RayPair<T>,
+) -> Option<T> {
+    row_offset(rotations, pair).map(|offset| offset / pair.scale())
+}
+
+/// Returns whether the magnitude of the row offset at a pose is at most `most`, in pixels over the focal length.
 pub(crate) fn is_within_rows<T: Scalar>(
     pair: &RayPair<T>,
     pose: &RectifyingRotations<T>,
     most: T,
 ) -> bool {
-    row_offset(pose, pair).is_some_and(|offset| offset.abs() <= most)
+    pixel_row_offset(pose, pair).is_some_and(|offset| offset.abs() <= most)
 }
 
 /// Returns the inverses of two depths, with only one division, which is the slowest instruction of a controller. `None`

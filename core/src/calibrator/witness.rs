@@ -42,8 +42,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         // The rays of the batch belong to the corrected cameras, and so does the pose that was solved from them.
         let cameras = &self.corrected;
         let ray = cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
-        let right = reading.right.map(|pixel| cameras.right.ray(pixel));
-        let right = right.transpose().map_err(RangeError::Pixel)?;
+        let own = reading.right.map(|right| cameras.pair(reading.pixel, right));
+        let own = own.transpose().map_err(RangeError::Pixel)?;
         if self.frozen || self.estimator.state() != State::Locked {
             return Err(RangeError::NotLocked);
         }
@@ -52,12 +52,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let noise = self.estimator.noise() / context.focal;
         let reach = T::lit(RANGE_REACH_PX) / context.focal;
         let most = T::lit(SIGNIFICANT) * (noise + noise);
-        let pair = match right {
-            Some(right) => RayPair::try_new(ray.into(), right.into())
-                .filter(|own| is_within_rows(own, &pose, most)),
+        let pair = match own {
+            Some(own) => Some(own).filter(|own| is_within_rows(own, &pose, most)),
             None => self.batch.nearest(&ray, reach, &pose, most).copied(),
         };
         let pair = &pair.ok_or(RangeError::NoMatch)?;
+        let noise = noise * pair.scale();
         let known = reading.inverse_depth(&ray, baseline_m);
         let [turn, variance] = known.turn(&pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
         let mount = self.estimator.mount_mut().ok_or(RangeError::NotLocked)?;

@@ -12,7 +12,7 @@ use super::hypothesis::Hypothesis;
 use super::repeated_scene::Seen;
 use super::turn::Turn;
 use crate::batch::correspondence::RayPair;
-use crate::batch::row_offset::row_offset;
+use crate::batch::row_offset::pixel_row_offset;
 use crate::config::Context;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
@@ -389,7 +389,7 @@ impl<T: Scalar> AssociationContext<'_, T> {
     fn cost(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> T {
         let limit = T::lit(TRUNCATED_PX) / self.context.focal;
         let cost = |pair: &RayPair<T>| {
-            row_offset(pose, pair).map_or(T::ONE, |e| (e * e / (limit * limit)).min(T::ONE))
+            pixel_row_offset(pose, pair).map_or(T::ONE, |e| (e * e / (limit * limit)).min(T::ONE))
         };
         let sum = pairs.iter().fold(T::ZERO, |sum, pair| sum + cost(pair));
         sum / T::count(u32::try_from(pairs.len()).unwrap_or(u32::MAX))

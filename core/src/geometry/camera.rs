@@ -5,6 +5,7 @@
 
 use nalgebra::{Matrix3, Vector2};
 
+use super::distortion::Undistorted;
 use super::lens::Lens;
 use super::lens_correction::LensCorrection;
 use crate::error::{CameraError, ProjectError, UndistortError};
@@ -49,6 +50,15 @@ pub struct Intrinsics<T> {
 pub struct Camera<T> {
     intrinsics: Intrinsics<T>,
     lens: Lens<T>,
+}
+
+/// Ray of a pixel, and the density of the pixels there.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct CameraRay<T> {
+    /// Ray at unit depth, in the camera frame, dimensionless.
+    pub(crate) ray: Vector2<T>,
+    /// Number of pixels of an area at unit depth, relative to a pinhole of the same focal lengths; above 0.
+    pub(crate) density: T,
 }
 
 /// Unchecked fields from which a camera is deserialised.
@@ -142,16 +152,17 @@ impl<T: Scalar> Camera<T> {
     /// invertible there, or the ray is more than 85 degrees off axis.
     pub fn ray(&self, pixel: [T; 2]) -> Result<Vector2<T>, UndistortError> {
         self.check(pixel)?;
-        self.ray_of_checked(pixel)
+        self.ray_of_checked(pixel).map(|found| found.ray)
     }
 
-    /// Returns [`Camera::ray`] of a pixel that [`Camera::check`] accepts.
+    /// Returns [`Camera::ray`] of a pixel that [`Camera::check`] accepts, with the density of the pixels there.
     #[inline(always)]
-    pub(crate) fn ray_of_checked(&self, [u, v]: [T; 2]) -> Result<Vector2<T>, UndistortError> {
+    pub(crate) fn ray_of_checked(&self, [u, v]: [T; 2]) -> Result<CameraRay<T>, UndistortError> {
         let [fx, fy] = self.intrinsics.focal;
         let [cx, cy] = self.intrinsics.principal;
         self.lens
             .undistort(Vector2::new((u - cx) / fx, (v - cy) / fy))
+            .map(|Undistorted { point, density }| CameraRay { ray: point, density })
             .ok_or(UndistortError::NotInvertible)
     }
 
@@ -226,6 +237,22 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn the_density_is_the_area_of_a_ray_in_the_image(u in 0.0..639.0_f64, v in 0.0..479.0_f64) {
+            for lens in lenses() {
+                let camera = camera::<f64>(lens);
+                let CameraRay { ray, density } = camera.ray_of_checked([u, v]).unwrap();
+                let h = 1e-4;
+                let along = |d: Vector2<f64>| {
+                    let [plus, minus] = [h, -h].map(|h| camera.pixel(ray + d * h).unwrap());
+                    [plus[0] - minus[0], plus[1] - minus[1]].map(|d| d / (2.0 * h))
+                };
+                let ([a, b], [c, d]) = (along(Vector2::x()), along(Vector2::y()));
+                let numeric = (a * d - b * c) / (534.0 * 531.0);
+                prop_assert!((density / numeric - 1.0).abs() < 1e-5, "{lens:?}: {density} {numeric}");
+            }
+        }
+
         #[test]
         fn pixels_go_to_rays_and_back(u in 0.0..639.0_f64, v in 0.0..479.0_f64) {
             prop_assert!(largest_error::<f64>([u, v]) < 1e-9);

@@ -38,19 +38,30 @@ pub(super) fn first_fold<T: Scalar>(slope: &dyn Fn(T) -> T, limit: T) -> T {
     low
 }
 
-/// Returns the Newton step of an undistortion, to be subtracted from the undistorted point. `None` if the determinant
-/// of the Jacobian is not positive.
+/// Undistorted point of a lens, and the density of the image there.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Undistorted<T> {
+    /// Point at unit depth, dimensionless.
+    pub(super) point: Vector2<T>,
+    /// Determinant of the Jacobian of the distortion: area in the image over area at unit depth, relative to a pinhole
+    /// of the same focal length. It is above 0.
+    pub(super) density: T,
+}
+
+/// Returns the Newton step of an undistortion, to be subtracted from the undistorted point, and the determinant of the
+/// Jacobian. `None` if the determinant is not positive.
 ///
 /// * `error`: distorted point minus the given point, dimensionless.
 /// * `j`: Jacobian of the distortion.
 #[inline(always)]
-pub(super) fn newton_step<T: Scalar>(error: Vector2<T>, j: &Matrix2<T>) -> Option<Vector2<T>> {
+pub(super) fn newton_step<T: Scalar>(error: Vector2<T>, j: &Matrix2<T>) -> Option<(Vector2<T>, T)> {
     let determinant = j.m11 * j.m22 - j.m12 * j.m21;
     (determinant > T::ZERO).then(|| {
-        Vector2::new(
+        let step = Vector2::new(
             (j.m22 * error.x - j.m12 * error.y) / determinant,
             (j.m11 * error.y - j.m21 * error.x) / determinant,
-        )
+        );
+        (step, determinant)
     })
 }
 

@@ -8,7 +8,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::distortion::{as_coefficients, check, first_fold, newton_step};
+use super::distortion::{Undistorted, as_coefficients, check, first_fold, newton_step};
 use super::rational::Rational;
 use super::so3::sinc_cos;
 use crate::error::CameraError;
@@ -85,21 +85,21 @@ impl<T: Scalar> Lens<T> {
     /// Maps distorted to undistorted coordinates. Returns `None` where the model is not invertible, where the iteration
     /// does not converge, and if the result is beyond 85 degrees.
     #[inline(always)]
-    pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+    pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Undistorted<T>> {
         let limit = T::lit(MAX_TANGENT);
-        let within = |p: Vector2<T>| (p.norm_squared() <= limit * limit).then_some(p);
-        match self {
-            Self::Pinhole => within(d),
-            _ => within(self.undistort_by_iterations(d)?),
-        }
+        let undistorted = match self {
+            Self::Pinhole => Undistorted { point: d, density: T::ONE },
+            _ => self.undistort_by_iterations(d)?,
+        };
+        (undistorted.point.norm_squared() <= limit * limit).then_some(undistorted)
     }
 
     /// Undistorts by iteration. This function is separate from [`Self::undistort`], because that saves 30 instructions
     /// in the push of a match of a pinhole camera.
     #[inline(never)]
-    fn undistort_by_iterations(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+    fn undistort_by_iterations(&self, d: Vector2<T>) -> Option<Undistorted<T>> {
         match self {
-            Self::Pinhole => Some(d),
+            Self::Pinhole => Some(Undistorted { point: d, density: T::ONE }),
             Self::RadialTangential(lens) => lens.undistort(d),
             Self::Fisheye(lens) => lens.undistort(d),
             Self::Rational(lens) => lens.undistort(d),
@@ -184,8 +184,8 @@ impl<T: Scalar> RadialTangential<T> {
     }
 
     /// Undistorts by Newton's method. It starts at the distorted point. If that is beyond the fold, it starts inside
-    /// the fold, in the same direction from the centre.
-    fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+    /// the fold, in the same direction from the centre. The density is that before the last step, which is negligible.
+    fn undistort(&self, d: Vector2<T>) -> Option<Undistorted<T>> {
         let squared = d.norm_squared();
         let mut p = if squared < self.fold_squared {
             d
@@ -194,10 +194,11 @@ impl<T: Scalar> RadialTangential<T> {
         };
         for _ in 0..MAX_NEWTON_STEPS {
             let error = self.map(p) - d;
-            let step = newton_step(error, &self.jacobian(p))?;
+            let (step, density) = newton_step(error, &self.jacobian(p))?;
             p -= step;
             if step.amax() <= T::lit(NEWTON_ULPS) * T::EPSILON * (T::ONE + p.amax()) {
-                return (p.norm_squared() < self.fold_squared).then_some(p);
+                let is_within = p.norm_squared() < self.fold_squared;
+                return is_within.then_some(Undistorted { point: p, density });
             }
         }
         None
@@ -265,10 +266,10 @@ impl<T: Scalar> Fisheye<T> {
 
     /// Undistorts by Newton's method in a bracket. The polynomial rises up to the fold, so bisection can replace every
     /// step that leaves the bracket.
-    fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+    fn undistort(&self, d: Vector2<T>) -> Option<Undistorted<T>> {
         let target = d.norm();
         if target <= T::EPSILON {
-            return Some(d);
+            return Some(Undistorted { point: d, density: T::ONE });
         }
         let (mut low, mut high) = (T::ZERO, self.fold);
         if !(target < self.angle(high)) {
@@ -291,7 +292,10 @@ impl<T: Scalar> Fisheye<T> {
             }
         }
         let (sinc, cos) = sinc_cos(theta * theta);
-        Some(d * (theta * sinc / (cos * target)))
+        let radius = theta * sinc / cos;
+        // `d theta_d / d radius` along the radius times `theta_d / radius` across it.
+        let density = self.slope(theta) * cos * cos * target / radius;
+        Some(Undistorted { point: d * (radius / target), density })
     }
 }
 

@@ -6,7 +6,7 @@
 
 use nalgebra::{Matrix2, Vector2};
 
-use super::distortion::{as_coefficients, check_within, first_fold, newton_step};
+use super::distortion::{Undistorted, as_coefficients, check_within, first_fold, newton_step};
 use crate::error::CameraError;
 use crate::scalar::Scalar;
 use crate::thresholds::{
@@ -110,20 +110,22 @@ impl<T: Scalar> Rational<T> {
     }
 
     /// Undistorts by Newton's method, which starts at the point that the radial part alone gives. The result is
-    /// distorted again; `None` if it differs from `d` by more than rounding.
-    pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Vector2<T>> {
+    /// distorted again; `None` if it differs from `d` by more than rounding. The density is that before the last step.
+    pub(super) fn undistort(&self, d: Vector2<T>) -> Option<Undistorted<T>> {
         let mut p = self.radial_inverse(d)?;
+        let mut density = T::ONE;
         for _ in 0..MAX_NEWTON_STEPS {
             let error = self.map(p)? - d;
-            let step = newton_step(error, &self.jacobian(p)?)?;
-            p -= step;
+            let (step, determinant) = newton_step(error, &self.jacobian(p)?)?;
+            (p, density) = (p - step, determinant);
             if step.amax() <= T::lit(NEWTON_ULPS) * T::EPSILON * (T::ONE + p.amax()) {
                 break;
             }
         }
         // Where the model is flat, rounding dominates every step. Therefore the residual decides, not the last step.
         let largest = T::lit(RATIONAL_RESIDUAL_ULPS) * T::EPSILON * (T::ONE + p.amax() + d.amax());
-        self.distort(p).filter(|back| (back - d).amax() <= largest).map(|_| p)
+        let is_found = self.distort(p).is_some_and(|back| (back - d).amax() <= largest);
+        is_found.then_some(Undistorted { point: p, density })
     }
 
     /// Returns the point in the direction of `d` that the radial part maps to `d`; a point near the fold if the radial
@@ -221,8 +223,8 @@ mod tests {
             prop_assume!(lens.jacobian(p).unwrap().determinant() > 0.02);
             let tangential = lens.coefficients[2].abs().max(lens.coefficients[3].abs());
             match lens.undistort(d) {
-                Some(back) => {
-                    let error = (lens.distort(back).unwrap() - d).amax();
+                Some(Undistorted { point, .. }) => {
+                    let error = (lens.distort(point).unwrap() - d).amax();
                     prop_assert!(error < 1e-10 * (1.0 + d.amax()), "{error}");
                 }
                 None => prop_assert!(tangential > 2e-3, "{lens:?} {p}"),
@@ -235,7 +237,7 @@ mod tests {
         ) {
             let lens = Rational::try_new(WIDE.map(f32::lit)).unwrap();
             let p = Vector2::new(turn.cos(), turn.sin()) * (lens.fold.min(2.5) * part);
-            let back = lens.undistort(lens.distort(p).unwrap()).unwrap();
+            let back = lens.undistort(lens.distort(p).unwrap()).unwrap().point;
             prop_assert!((back - p).amax() < 2e-5 * (1.0 + p.amax()), "{back} {p}");
         }
     }
@@ -246,7 +248,7 @@ mod tests {
         let same = Rational::try_new([-0.28, 0.04, 1e-3, -1e-4, 0.11, 0.0, 0.0, 0.0]).unwrap();
         let [a, b] = [Lens::RadialTangential(brown.unwrap()), Lens::Rational(same)];
         for d in [[0.3, -0.2], [-0.05, 0.4], [0.0, 0.0]] {
-            let [a, b] = [&a, &b].map(|lens| lens.undistort(d.into()).unwrap());
+            let [a, b] = [&a, &b].map(|lens| lens.undistort(d.into()).unwrap().point);
             assert!((a - b).amax() < 1e-12, "{a} {b}");
         }
     }
@@ -258,7 +260,7 @@ mod tests {
         let lens = Rational::try_new(lens).unwrap();
         for part in 0..100 {
             let p = Vector2::new(1.4 + 0.001 * f64::from(part), 0.1);
-            let back = lens.undistort(lens.distort(p).unwrap()).unwrap();
+            let back = lens.undistort(lens.distort(p).unwrap()).unwrap().point;
             assert!((back - p).amax() < 1e-12, "{back} {p}");
         }
     }
@@ -270,9 +272,9 @@ mod tests {
         assert!((lens.fold - 0.99_f64.sqrt()).abs() < 1e-6, "{}", lens.fold);
         assert_eq!(lens.distort(Vector2::new(1.001, 0.0)), None);
         let d = lens.distort(Vector2::new(0.9, 0.0)).unwrap();
-        assert!((lens.undistort(d).unwrap().x - 0.9).abs() < 1e-12);
-        assert_eq!(lens.undistort(Vector2::new(1e3, 0.0)), None);
-        assert_eq!(lens.undistort(Vector2::new(f64::NAN, 0.0)), None);
+        assert!((lens.undistort(d).unwrap().point.x - 0.9).abs() < 1e-12);
+        assert!(lens.undistort(Vector2::new(1e3, 0.0)).is_none());
+        assert!(lens.undistort(Vector2::new(f64::NAN, 0.0)).is_none());
     }
 
     #[test]

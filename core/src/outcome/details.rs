@@ -3,7 +3,7 @@
 use core::fmt;
 
 use crate::batch::correspondence::RayPair;
-use crate::batch::row_offset::row_offset;
+use crate::batch::row_offset::pixel_row_offset;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::proposal::Proposal;
@@ -158,7 +158,7 @@ impl<T: Scalar> Fit<T> {
         for pair in matches {
             let [used, new] =
                 changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));
-            let (used, new) = (row_offset(of_used, &used), row_offset(of_new, &new));
+            let (used, new) = (pixel_row_offset(of_used, &used), pixel_row_offset(of_new, &new));
             let Some((used, new)) = used.zip(new) else { continue };
             in_use = in_use.saturating_add(u32::from(used.abs() <= screen));
             if new.abs() <= screen {

@@ -7,7 +7,7 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::batch::correspondence::RayPair;
 use crate::batch::grid::CellSet;
-use crate::batch::row_offset::row_offset;
+use crate::batch::row_offset::pixel_row_offset;
 use crate::config::Config;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
@@ -368,7 +368,8 @@ impl<T: Scalar> Sums<T> {
         };
         let stride = matches.len().div_ceil(JUDGED).max(1);
         for pair in matches.iter().step_by(stride) {
-            let Some(offset) = row_offset(own, pair).filter(|offset| offset.abs() <= own_screen)
+            let Some(offset) =
+                pixel_row_offset(own, pair).filter(|offset| offset.abs() <= own_screen)
             else {
                 continue;
             };
@@ -379,7 +380,7 @@ impl<T: Scalar> Sums<T> {
             sums.seen.insert(pair.cell());
             let [of_used, of_next] =
                 changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));
-            let others = [row_offset(used, &of_used), row_offset(next, &of_next)];
+            let others = [pixel_row_offset(used, &of_used), pixel_row_offset(next, &of_next)];
             let [all, fit @ ..] = &mut sums.matches;
             *all = all.saturating_add(1);
             for (count, other) in fit.iter_mut().zip(others) {

@@ -3,7 +3,7 @@
 //!
 //! Rectified rays `a = R_l p_l`, `b = R_r p_r` give the constraint `C = y_a z_b - z_a y_b`, which is the row offset of
 //! eq 11 times `z_a z_b`. If the four image coordinates at unit depth have unit variance, `C` has to first order the
-//! variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`. Here `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and
+//! variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`, times `s^2` for the local scale `s` of the lenses. Here `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and
 //! `g_b = R_l[2][2] y_b - R_l[1][2] z_b`. The gauge of eq 8 makes `R_r[1][2]` zero. `C / sqrt V` is the whitened
 //! residual (Sampson). No square root is needed, because only squares and products of whitened quantities occur. They
 //! are the squares and products of the unwhitened quantities, divided by `V`. Derivation: `ESTIMATOR.md`, sections 2
@@ -12,6 +12,7 @@
 use nalgebra::Matrix3;
 
 use crate::algebra::moments::COORDINATES;
+use crate::batch::correspondence::RayPair;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_DEPTH;
@@ -41,12 +42,15 @@ pub(super) struct Constraint<T> {
     g: T,
     /// Half the derivatives of `V` with respect to `y_b` and `z_b`.
     by_b: [T; 2],
+    /// `s`: local scale of the lenses ([`RayPair::scale`]), and its square.
+    scale: T,
+    pub(super) scale_squared: T,
     /// `C`.
     pub(super) value: T,
     /// Derivatives of `C`, 1/rad: with respect to rotations of `R` about rectified x, y, z, then of the baseline about
     /// y, z.
     pub(super) jacobian: [T; 5],
-    /// `V`.
+    /// `V s^2`.
     pub(super) variance: T,
 }
 
@@ -63,9 +67,10 @@ impl<T: Scalar> PoseTerms<T> {
 impl<T: Scalar> Constraint<T> {
     /// Returns the constraint of a correspondence; `None` if a ray has a rectified depth below [`MIN_DEPTH`].
     ///
-    /// * `[x_l, y_l, x_r, y_r]`: undistorted rays in the camera frames, unit depth.
+    /// * `frame`: coefficients of the pose; `pair`: undistorted rays in the camera frames, unit depth.
     #[inline(always)]
-    pub(super) fn of(frame: &PoseTerms<T>, [x_l, y_l, x_r, y_r]: [T; 4]) -> Option<Self> {
+    pub(super) fn of(frame: &PoseTerms<T>, pair: &RayPair<T>) -> Option<Self> {
+        let [x_l, y_l, x_r, y_r] = pair.rays();
         let (a, b) = (rotated(&frame.left, x_l, y_l), rotated(&frame.right, x_r, y_r));
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (a, b);
         let least = T::lit(MIN_DEPTH);
@@ -77,7 +82,11 @@ impl<T: Scalar> Constraint<T> {
         let by_b @ [by_y, by_z] = [y_b - l_33 * g, z_b + l_23 * g];
         let of_b = by_y * y_b + by_z * z_b;
         let (across, ahead) = (x_a * y_b, x_a * z_b);
+        let scale = pair.scale();
+        let scale_squared = scale * scale;
         Some(Self {
+            scale,
+            scale_squared,
             a,
             b,
             g,
@@ -90,28 +99,29 @@ impl<T: Scalar> Constraint<T> {
                 across - x_b * y_a,
                 ahead - x_b * z_a,
             ],
-            variance: of_b + z_a * z_a + frame.kappa * y_a * y_a,
+            variance: (of_b + z_a * z_a + frame.kappa * y_a * y_a) * scale_squared,
         })
     }
 
-    /// Returns whether the disparity at unit depth is at least `least`. The comparison needs no division.
+    /// Returns whether the disparity in pixels is at least `least`, both over the focal length. The comparison needs no
+    /// division.
     pub(super) fn has_disparity(&self, least: T) -> bool {
         let [disparity, least] = self.disparity_over(least);
         disparity >= least
     }
 
-    /// Returns the disparity and `least`, both at unit depth, each multiplied by the depths `z_a z_b` of the rectified
-    /// rays.
+    /// Returns the disparity at unit depth, and `least`, in pixels over the focal length; each multiplied by the depths
+    /// `z_a z_b` of the rectified rays, and `least` also by the local scale.
     pub(super) fn disparity_over(&self, least: T) -> [T; 2] {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
         let [.., disparity] = self.jacobian;
-        [disparity, least * (z_a * z_b)]
+        [disparity, least * self.scale * (z_a * z_b)]
     }
 
-    /// Returns the row offset of eq 11 at unit depth, dimensionless.
+    /// Returns the row offset of eq 11 in pixels over the focal length, dimensionless.
     pub(super) fn row_offset(&self) -> T {
         let ([.., z_a], [.., z_b]) = (self.a, self.b);
-        self.value / (z_a * z_b)
+        self.value / (z_a * z_b * self.scale)
     }
 
     /// Returns the coordinates `k` that [`crate::algebra::moments`] sums. Nine are products of the rays, from `b a^T`:
@@ -147,11 +157,13 @@ impl<T: Scalar> Constraint<T> {
         ]
     }
 
-    /// Returns the derivatives of `C / sqrt V` times `sqrt V`, 1/rad: `J - (C / V) dV / 2`.
+    /// Returns the derivatives of `C / sqrt V` times `sqrt V`, 1/rad: `J - (C / V) dV / 2`. The local scale has no
+    /// effect.
     ///
-    /// * `share`: `C / V`, dimensionless.
+    /// * `share`: `C / (V s^2)`, dimensionless.
     #[inline(always)]
     pub(super) fn whitened_jacobian(&self, frame: &PoseTerms<T>, share: T) -> [T; 5] {
+        let share = share * self.scale_squared;
         let ([x_a, y_a, z_a], [x_b, y_b, z_b]) = (self.a, self.b);
         let [[_, _, l_13], [_, _, l_23], [_, _, l_33]] = frame.left;
         let [by_y, by_z] = self.by_b;
@@ -186,7 +198,6 @@ fn rotated<T: Scalar>([r1, r2, r3]: &[[T; 3]; 3], x: T, y: T) -> [T; 3] {
 #[cfg(feature = "paper")]
 mod tests {
     use super::*;
-    use crate::batch::correspondence::RayPair;
     use crate::geometry::rectification::tests::pose;
     use crate::paper::residual::RectifiedPair;
     use nalgebra::{Vector3, Vector5};
@@ -202,7 +213,7 @@ mod tests {
     }
 
     fn at(pose: &RectifyingRotations<f64>, rays: Rays) -> Constraint<f64> {
-        Constraint::of(&PoseTerms::at(pose), rays).unwrap()
+        Constraint::of(&PoseTerms::at(pose), &RayPair::of_rays(rays)).unwrap()
     }
 
     /// Returns `C / sqrt V`.
@@ -267,8 +278,7 @@ mod tests {
         ) {
             let constraint = at(&pose, rays);
             let [x_l, y_l, x_r, y_r] = rays;
-            let pair = RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap();
-            let rectified = RectifiedPair::of(&pose, &pair).unwrap();
+            let rectified = RectifiedPair::of(&pose, &RayPair::of_rays(rays)).unwrap();
             let offset = rectified.left.v - rectified.right.v;
             prop_assert!((constraint.row_offset() - offset).abs() < 1e-14);
             let a = pose.left() * Vector3::new(x_l, y_l, 1.0);
@@ -286,6 +296,26 @@ mod tests {
             let least = rectified.disparity() - 1e-9;
             prop_assert!(constraint.has_disparity(least));
             prop_assert!(!constraint.has_disparity(least + 2e-9));
+        }
+
+        #[test]
+        fn the_local_scale_is_the_length_of_a_pixel(
+            (pose, rays) in scene(), code in 0..64_u16,
+        ) {
+            let scale = f64::from(8 + code % 8) / 8.0 * f64::from(code / 8).exp2() / 4.0;
+            let frame = PoseTerms::at(&pose);
+            let (plain, pair) = (at(&pose, rays), RayPair::of_rays(rays).with_scale(scale));
+            let scaled = Constraint::of(&frame, &pair).unwrap();
+            prop_assert!((scaled.variance / plain.variance / (scale * scale) - 1.0).abs() < 1e-14);
+            prop_assert!((scaled.row_offset() * scale - plain.row_offset()).abs() < 1e-15);
+            let [disparity, _] = plain.disparity_over(0.0);
+            let [same, least] = scaled.disparity_over(-1e-3);
+            let [_, of_plain] = plain.disparity_over(-1e-3 * scale);
+            prop_assert!(same == disparity && (least / of_plain - 1.0).abs() < 1e-14);
+            let [whole, same] = [plain, scaled].map(|constraint| {
+                constraint.whitened_jacobian(&frame, constraint.value / constraint.variance)
+            });
+            prop_assert!(whole.iter().zip(same).all(|(a, b)| (a - b).abs() < 1e-14), "{scale}");
         }
 
         #[test]

@@ -93,7 +93,8 @@ impl<T: Scalar> Iterate<T> {
     }
 
     /// Fills moments, halves and statistics. Returns the gradient including the derivative of `V`, 1/rad, and two sums:
-    /// of the weights, 1/px^2, and of the weights times the variance of a coordinate, dimensionless.
+    /// of the weights over the squared local scales, 1/px^2, and of the weights times the variance of a coordinate,
+    /// dimensionless.
     fn sum(
         &self,
         matches: &[RayPair<T>],
@@ -107,7 +108,7 @@ impl<T: Scalar> Iterate<T> {
         };
         let mut rows = heapless::Vec::<_, GATHERED>::new();
         for pair in matches {
-            let Some(row) = pass.row(pair.rays(), pair.grid_step()) else { continue };
+            let Some(row) = pass.row(pair) else { continue };
             if rows.is_full() {
                 sums.add(&rows);
                 rows.clear();
@@ -131,7 +132,8 @@ struct Evaluation<T> {
     by: Weighting<T>,
     start: PoseTerms<T>,
     stats: ResidualStats<T>,
-    /// Sum of the weights, 1/px^2, and sum of the weights times the variance of a coordinate, dimensionless.
+    /// Sum of the weights over the squared local scales, 1/px^2, and sum of the weights times the variance of a
+    /// coordinate, dimensionless.
     weights: [T; 2],
 }
 
@@ -148,19 +150,18 @@ impl<T: Scalar> Evaluation<T> {
 
     /// Counts a correspondence, and compares its row offsets at start and pose. Returns its terms if it has weight.
     ///
-    /// * `rays`: `x_l`, `y_l`, `x_r`, `y_r` at unit depth; `grid_step`: step of the matcher's grid, px.
     #[inline(always)]
-    fn row(&mut self, rays: [T; 4], grid_step: T) -> Option<EvaluatedRow<T>> {
+    fn row(&mut self, pair: &RayPair<T>) -> Option<EvaluatedRow<T>> {
         let Self { by, start, stats, weights } = self;
-        let constraint = Constraint::of(&by.pose, rays)?;
+        let constraint = Constraint::of(&by.pose, pair)?;
         let (value, offset) = (constraint.value, constraint.row_offset());
-        let expected = by.expected(grid_step);
+        let expected = by.expected(pair.grid_step());
         let precision = by.precision(&constraint);
         let squared = value * value * precision;
         stats.count([value, squared], constraint.disparity_over(by.min_disparity), &expected);
         let limit = expected.limit_squared(by.tukey_squared);
         stats.compare(&Compared {
-            before: Constraint::of(start, rays).map(|before| before.row_offset()).map(|e| e * e),
+            before: Constraint::of(start, pair).map(|before| before.row_offset()).map(|e| e * e),
             after: offset * offset,
             most: T::lit(DIFFERENCE_VARIANCE) * limit * by.unit_squared,
             fits: squared <= limit,
@@ -182,10 +183,11 @@ impl<T: Scalar> Evaluation<T> {
             w *= limited.factor;
         }
         let [sum, variances] = weights;
-        *sum += w;
+        *sum += w / constraint.scale_squared;
         *variances += w * expected.variance;
         let row = WeightedRow { weight: w * precision, value, jacobian };
-        let ([x, y, ..], coordinates) = (rays, constraint.coordinates(&by.pose, rays));
+        let rays @ [x, y, ..] = pair.rays();
+        let coordinates = constraint.coordinates(&by.pose, rays);
         Some(EvaluatedRow { row, coordinates, at: [x, y] })
     }
 }

@@ -73,7 +73,7 @@ impl<T: Scalar> PassSums<T> {
     /// * `levels`: histogram of residuals; `None` if the pass counts none.
     #[inline(always)]
     fn add(&mut self, by: &Weighting<T>, pair: &RayPair<T>, levels: Option<&mut LevelCounts<T>>) {
-        let Some(constraint) = Constraint::of(&by.pose, pair.rays()) else { return };
+        let Some(constraint) = Constraint::of(&by.pose, pair) else { return };
         self.usable += T::ONE;
         let precision = by.precision(&constraint);
         let squared = constraint.value * constraint.value * precision;

@@ -97,7 +97,7 @@ pub(super) fn scale<T: Scalar>(noise: T) -> T {
 #[inline(never)]
 fn gain<T: Scalar>(from: &Weighting<T>, to: &Weighting<T>, pairs: &[RayPair<T>], scale: T) -> T {
     let square = |by: &Weighting<T>, pair: &RayPair<T>| {
-        let seen = Constraint::of(&by.pose, pair.rays())?;
+        let seen = Constraint::of(&by.pose, pair)?;
         Some(seen.value * seen.value * by.precision(&seen))
     };
     pairs.iter().fold(T::ZERO, |gain, pair| {
@@ -154,7 +154,7 @@ impl<T: Scalar> Best<T> {
 #[inline(never)]
 fn take_rows<T: Scalar>(by: &Weighting<T>, pairs: &[RayPair<T>], rows: &mut Rows<T>) {
     for pair in scattered_over(pairs, SAMPLED) {
-        if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
+        if let Some(constraint) = Constraint::of(&by.pose, pair) {
             let root = by.precision(&constraint).sqrt();
             // The vector has room for the whole sample.
             let _ = rows.push((constraint.value * root, constraint.jacobian.map(|j| j * root)));

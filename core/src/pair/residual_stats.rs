@@ -27,22 +27,23 @@ pub(crate) struct ResidualStats<T> {
     pub(super) near_squares: T,
     /// Correspondences within Tukey's limit at the pose and in front of both cameras at the start.
     pub(crate) screened: T,
-    /// Sums of the squared row offsets of the screened correspondences at start and pose, unit depth.
+    /// Sums of the squared row offsets of the screened correspondences at start and pose, in pixels over the focal
+    /// length.
     pub(crate) squares: [T; 2],
     /// Numbers of weighted correspondences in the separate class of high leverage
     /// ([`super::leverage::Leverage::is_separate`]), with residuals below 2 units, and from 2 to 4 units.
     pub(super) high_leverage: [T; 2],
-    /// Sums of the truncated squared row offsets of the usable correspondences at start and pose, unit depth. A
-    /// correspondence behind a camera at the start counts there as truncated.
+    /// Sums of the truncated squared row offsets of the usable correspondences at start and pose, in pixels over the
+    /// focal length. A correspondence behind a camera at the start counts there as truncated.
     pub(crate) cost: [T; 2],
 }
 
-/// Squared row offsets of a correspondence at the start and at the pose, unit depth.
+/// Squared row offsets of a correspondence at the start and at the pose, in pixels over the focal length.
 pub(super) struct Compared<T> {
     /// `None` if the correspondence is behind a camera at the start.
     pub(super) before: Option<T>,
     pub(super) after: T,
-    /// Squared row offset at which the cost is truncated, unit depth.
+    /// Squared row offset at which the cost is truncated, in pixels over the focal length.
     pub(super) most: T,
     /// Whether the residual is within Tukey's limit at the pose.
     pub(super) fits: bool,

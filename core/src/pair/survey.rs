@@ -57,7 +57,7 @@ pub(super) fn survey<'a, T: Scalar>(
     let block = baseline_block(covariance);
     let mut shares = heapless::Vec::<T, SURVEYED>::new();
     for pair in sample {
-        let constraint = Constraint::of(&by.pose, pair.rays());
+        let constraint = Constraint::of(&by.pose, pair);
         let Some(constraint) = constraint.filter(|c| c.has_disparity(by.min_disparity)) else {
             continue;
         };
@@ -86,7 +86,7 @@ pub(super) fn first_scale<'a, T: Scalar>(
 ) -> T {
     let mut squares = heapless::Vec::<T, SURVEYED>::new();
     for pair in sample {
-        if let Some(constraint) = Constraint::of(&by.pose, pair.rays()) {
+        if let Some(constraint) = Constraint::of(&by.pose, pair) {
             // The vector has room for the whole sample.
             let _ = squares.push(constraint.value * constraint.value * by.precision(&constraint));
         }

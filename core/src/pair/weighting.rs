@@ -48,7 +48,7 @@ pub(super) struct WeightedRow<T> {
 }
 
 impl<T: Scalar> Weighting<T> {
-    /// Returns `f^2 / V`, px^2: the inverse variance of the constraint for coordinates with a variance of 1 px^2.
+    /// Returns `f^2 / (V s^2)`, px^2: the inverse variance of the constraint for coordinates with a variance of 1 px^2.
     pub(super) fn precision(&self, constraint: &Constraint<T>) -> T {
         self.focal_squared / constraint.variance
     }
@@ -108,6 +108,7 @@ pub(super) fn tracked<T: Scalar>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::batch::correspondence::RayPair;
     use crate::geometry::rectification::tests::pose;
     use crate::thresholds::TUKEY;
     use nalgebra::Vector5;
@@ -117,7 +118,7 @@ mod tests {
         const FOCAL: f64 = 500.0;
         let frame = PoseTerms::at(&pose([0.05, -0.08, 0.03], [0.1, -0.06]));
         let rays = [0.3, -0.2, 0.25, -0.19];
-        let constraint = Constraint::of(&frame, rays).unwrap();
+        let constraint = Constraint::of(&frame, &RayPair::of_rays(rays)).unwrap();
         let precision = FOCAL * FOCAL / constraint.variance;
         let mut covariance = Symmetric5::of_diagonal([1e-6, 2e-6, 3e-6, 4e-6, 5e-6]);
         covariance.add_outer(1e-6, &[1.0, -0.5, 0.3, 0.2, -0.7]);

@@ -7,8 +7,8 @@
 //! rotations, numeric derivatives, and `f64`.
 
 use nalgebra::{Matrix3, Matrix5, Rotation3, Vector3, Vector5};
-use stereo_selfcal::Extrinsics;
 use stereo_selfcal::geometry::metrics::Deviation;
+use stereo_selfcal::{Camera, Cameras, Extrinsics};
 
 use rigs::data::Rays;
 
@@ -87,12 +87,7 @@ pub fn cramer_rao<'a>(
     noise: f64,
 ) -> Deviation<f64> {
     let (information, _) = normal_equations(&Pose::from(truth), rays);
-    let covariance =
-        information.try_inverse().expect("the scene determines all directions") * noise * noise;
-    Deviation {
-        rotation: covariance.fixed_view::<3, 3>(0, 0).trace().sqrt(),
-        translation: covariance.fixed_view::<2, 2>(3, 3).trace().sqrt(),
-    }
+    deviation(&(information / (noise * noise)))
 }
 
 /// Maximum-likelihood extrinsics of all given correspondences, by four Gauss-Newton steps from the truth.
@@ -111,4 +106,53 @@ pub fn try_joint_fit(truth: &Extrinsics<f64>, rays: &[Rays]) -> Option<Extrinsic
         pose = pose.moved(&-h.cholesky()?.solve(&g));
     }
     Extrinsics::try_new(pose.rotation.matrix(), &pose.translation).ok()
+}
+
+/// Cramer-Rao bound as [`cramer_rao`], for noise of the pixels of any lens: a pixel near the border of a wide-angle lens
+/// is a larger part of the plane at unit depth, and not equal in all directions.
+///
+/// * `pixels`: noise-free `ul vl ur vr` of the true inliers; `noise_px`: standard deviation of a coordinate, px.
+///
+/// # Panics
+/// If a pixel or one beside it has no ray, or the pixels do not determine all five unknowns.
+pub fn cramer_rao_through<'a>(
+    cameras: &Cameras<f64>,
+    truth: &Extrinsics<f64>,
+    pixels: impl Iterator<Item = &'a [f64; 4]>,
+    noise_px: f64,
+) -> Deviation<f64> {
+    const H: f64 = 1e-6;
+    let pose = Pose::from(truth);
+    let centre = pose.essential();
+    let moved = |i: usize, h: f64| pose.moved(&(Vector5::ith(i, h))).essential();
+    let both: [[Matrix3<f64>; 2]; 5] = std::array::from_fn(|i| [moved(i, H), moved(i, -H)]);
+    let constraint = |e: &Matrix3<f64>, [ul, vl, ur, vr]: [f64; 4]| {
+        let ray = |camera: &Camera<f64>, pixel| camera.ray(pixel).expect("a ray").push(1.0);
+        ray(&cameras.right, [ur, vr]).dot(&(e * ray(&cameras.left, [ul, vl])))
+    };
+    let mut information = Matrix5::zeros();
+    for pixels in pixels {
+        let beside =
+            |i: usize, h: f64| std::array::from_fn(|k| pixels[k] + if k == i { h } else { 0.0 });
+        let by_pixel = |i| {
+            let h = 1e-3;
+            (constraint(&centre, beside(i, h)) - constraint(&centre, beside(i, -h))) / (2.0 * h)
+        };
+        let variance = (0..4).map(|i| by_pixel(i).powi(2)).sum::<f64>() * noise_px * noise_px;
+        let j = Vector5::from_fn(|i, _| {
+            let [plus, minus] = &both[i];
+            (constraint(plus, *pixels) - constraint(minus, *pixels)) / (2.0 * H)
+        });
+        information += j * j.transpose() / variance;
+    }
+    deviation(&information)
+}
+
+/// Root of the traces of the blocks of the covariance with an information.
+fn deviation(information: &Matrix5<f64>) -> Deviation<f64> {
+    let covariance = information.try_inverse().expect("the scene determines all directions");
+    Deviation {
+        rotation: covariance.fixed_view::<3, 3>(0, 0).trace().sqrt(),
+        translation: covariance.fixed_view::<2, 2>(3, 3).trace().sqrt(),
+    }
 }

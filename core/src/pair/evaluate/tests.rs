@@ -65,12 +65,13 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
         let [d, e] = [(0.11 * k).sin() * 0.05 + 0.03, (0.057 * k).sin() * 0.008];
         let grid_step = if i % 3 == 0 { 1.5 } else { 0.0 };
         let rays = rays(&iterate.pose, [u, v, d, e]);
-        let [x_l, y_l, x_r, y_r] = rays;
-        let added_row = pass.row(rays, grid_step);
+        let mut pair = RayPair::of_rays(rays).with_scale(if i % 4 == 0 { 2.5 } else { 1.0 });
+        pair.widen_grid(grid_step);
+        let scale = pair.scale();
+        let added_row = pass.row(&pair);
 
-        let pair = RayPair::try_new([x_l, y_l], [x_r, y_r]).unwrap();
         let frame = PoseTerms::at(&iterate.pose);
-        let Constraint { value, variance, .. } = Constraint::of(&frame, rays).unwrap();
+        let Constraint { value, variance, .. } = Constraint::of(&frame, &pair).unwrap();
         let deviation = FOCAL * value / variance.sqrt();
         let expected = NOISE * NOISE + grid_step * grid_step / 12.0;
         let unit = expected.sqrt().max(0.6 * grid_step);
@@ -80,7 +81,8 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
         if deviation.abs() < 2.0 * unit {
             near_squares += deviation * deviation / 0.7737 - grid_step * grid_step / 12.0;
         }
-        let offsets = [&iterate.start, &iterate.pose].map(|p| row_offset(p, &pair).unwrap());
+        let offsets =
+            [&iterate.start, &iterate.pose].map(|p| row_offset(p, &pair).unwrap() / scale);
         let most = 2.0 * (TUKEY * unit / FOCAL).powi(2);
         let fits = deviation.abs() <= TUKEY * unit;
         screened += f64::from(fits);
@@ -89,14 +91,15 @@ fn correspondences_are_counted_compared_and_weighted_as_defined() {
             *squares += if fits { e * e } else { 0.0 };
         }
         let w = tukey((deviation / (TUKEY * unit)).powi(2)) / expected;
-        behind += u32::from(d < -0.008);
+        let least = -0.008 * scale;
+        behind += u32::from(d < least);
         let Some(EvaluatedRow { row, coordinates, .. }) = added_row else {
-            assert!(d < -0.008 || w == 0.0, "{d} {w}");
+            assert!(d < least || w == 0.0, "{d} {w}");
             continue;
         };
-        assert!(d >= -0.008 && w > 0.0, "{d} {w}");
+        assert!(d >= least && w > 0.0, "{d} {w}");
         added += 1;
-        weights = [weights[0] + w, weights[1] + w * expected];
+        weights = [weights[0] + w / (scale * scale), weights[1] + w * expected];
         let whole = w * FOCAL * FOCAL / variance;
         assert!((row.weight / whole - 1.0).abs() < 1e-9);
         assert!((row.value - value).abs() < 1e-15 && coordinates[0] == row.value);
@@ -122,25 +125,26 @@ fn an_evaluation_has_the_slope_of_the_whitened_cost_with_fixed_weights() {
         QuadrantSums { moments: &mut moments, quadrants: [[NormalEquations::ZERO; 2]; 2] };
     let terms = PoseTerms::at(&iterate.pose);
     let mut rows = NormalEquations::ZERO;
-    let mut added = heapless::Vec::<([f64; 4], f64), 100>::new();
+    let mut added = heapless::Vec::<(RayPair<f64>, f64), 100>::new();
     for i in 0..100_u32 {
         let k = f64::from(i);
         let [u, v] = [(0.37 * k).sin() * 0.6, (0.73 * k).cos() * 0.4];
         let [d, e] = [(0.11 * k).sin() * 0.05 + 0.06, (0.57 * k).sin() * 0.002];
         let rays = rays(&iterate.pose, [u, v, d, e]);
-        let Some(evaluated) = pass.row(rays, 0.0) else {
+        let pair = RayPair::of_rays(rays).with_scale(0.5 + f64::from(i % 3));
+        let Some(evaluated) = pass.row(&pair) else {
             continue;
         };
         let WeightedRow { weight, value, jacobian } = evaluated.row;
         rows.add_row(weight, value, &jacobian);
         sums.add(&[evaluated]);
-        added.push((rays, weight * Constraint::of(&terms, rays).unwrap().variance)).unwrap();
+        added.push((pair, weight * Constraint::of(&terms, &pair).unwrap().variance)).unwrap();
     }
     assert!(added.len() > 80, "{}", added.len());
     let cost = |pose: &RectifyingRotations<f64>| -> f64 {
         let terms = PoseTerms::at(pose);
-        let one = |(rays, w): &([f64; 4], f64)| {
-            let Constraint { value, variance, .. } = Constraint::of(&terms, *rays).unwrap();
+        let one = |(pair, w): &(RayPair<f64>, f64)| {
+            let Constraint { value, variance, .. } = Constraint::of(&terms, pair).unwrap();
             w * value * value / variance / 2.0
         };
         added.iter().map(one).sum()

@@ -42,7 +42,7 @@ proptest! {
             let frame = PoseTerms::at(&solver.iterate.pose);
             let (mut normal, mut usable, mut weighted) = (NormalEquations::ZERO, 0.0, 0.0);
             for pair in read(batch.pairs(), false) {
-                let Some(constraint) = Constraint::of(&frame, pair.rays()) else { continue };
+                let Some(constraint) = Constraint::of(&frame, pair) else { continue };
                 usable += 1.0;
                 let w = weight(&by, pair, &constraint);
                 weighted += f64::from(w > 0.0);

@@ -9,4 +9,5 @@ mod records;
 mod scenarios;
 mod synthetic_paper;
 mod synthetic_robust;
+mod wide_lenses;
 mod wire;
