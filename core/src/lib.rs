@@ -139,7 +139,9 @@
 //! | in use | Calibration that the caller rectifies with. [`Calibrator::apply`] changes it; a change also changes its generation number. |
 //! | proposal | The estimate over all fused pairs, which `apply` puts into use. |
 //! | challenger | A second estimate, from pairs that disagree with the reported one. If three pairs show another rig, it replaces the reported one. |
-//! | repeated scene | A pair with many matches of the pair fused before it: the vehicle is at rest. Such a pair adds no information. |
+//! | key frame | The last pair that was added. A later pair counts by how far the scene has moved since then. |
+//! | repeated scene | A pair whose scene has hardly moved since the key frame: the vehicle is at rest. Such a pair adds no information. |
+//! | local scale | Length of a pixel at unit depth times the focal length: 1 for a pinhole, more towards the border of a wide-angle lens. |
 //! | witness | A measurement of the yaw of the mount alone: a known distance, or tracked matches of a rig that moves. |
 
 #![no_std]

@@ -320,12 +320,23 @@ pub(crate) const MAX_IN_CELL: u16 = 128;
 pub(crate) const REMEMBERED: usize = 32;
 pub(crate) const REMEMBERED_STEPS_PER_PX: f64 = 4.0;
 
-/// Largest motion of each coordinate of a correspondence that is seen again, in steps (6 steps are 1.5 px). It must be
-/// at most 15 steps (half a bucket). A larger limit takes slow motion for rest; a smaller one misses rest under noise.
+/// Largest motion of a scene at rest, in steps (6 steps are 1.5 px). A larger limit adds fewer pairs of a slow motion; a
+/// smaller one misses rest under noise.
 pub(crate) const SAME_STEPS: u16 = 6;
 
-/// Share of remembered correspondences seen again, above which the scene is repeated: 0.6 to 0.8 at rest, up to 0.13 in
-/// motion. A larger share counts a scene twice; a smaller one drops new scenes.
+/// Motion of the scene, in steps (32 steps are 8 px), from which a pair counts fully; one that has moved less counts by
+/// the share. A larger distance reports too large deviations of errors that are new in each pair; a smaller one too
+/// small deviations of errors that stay with the scene.
+pub(crate) const KEY_STEPS: u16 = 32;
+
+/// Motion of the scene, in steps (64 steps are 16 px), from which successive pairs count as independent in change
+/// detection. It is longer than `KEY_STEPS`, because a false change drops all pairs. A larger distance detects small
+/// steps of the rig later while the scene creeps; a smaller one takes errors that stay with the scene for changes.
+pub(crate) const FAR_STEPS: u16 = 64;
+
+/// Share of the remembered correspondences that must be found again within a distance for the scene to have moved no
+/// further: 0.6 to 0.8 are found again at rest, and up to 0.13 by chance. A larger share takes rest for motion; a
+/// smaller one takes a new scene for an old one.
 pub(crate) const SAME_SHARE: f64 = 0.3;
 
 /// Share of remembered correspondences seen again within a step, above which the pair is a copy of the last pair. A

@@ -453,7 +453,7 @@ enum selfcal_fused_t
     /**
      * same scene again
      *
-     * The pair shows the same scene as the pair fused before it, and adds nothing.
+     * The scene has hardly moved since the last pair that was added, and the pair adds nothing.
      */
     SELFCAL_FUSED_REPEATED = 12001,
     /**
@@ -984,7 +984,7 @@ enum selfcal_reason_t
     /**
      * repeated scene
      *
-     * The last pair showed the same scene as the pair fused before it, and adds no evidence.
+     * The scene has hardly moved since the last pair that was added, and the pair adds no evidence.
      */
     SELFCAL_REASON_REPEATED = 4194304,
     /**

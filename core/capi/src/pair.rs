@@ -46,7 +46,7 @@ c_enum! {
         SELFCAL_FUSED_ADDED = 12000,
         /// same scene again
         ///
-        /// The pair shows the same scene as the pair fused before it, and adds nothing.
+        /// The scene has hardly moved since the last pair that was added, and the pair adds nothing.
         SELFCAL_FUSED_REPEATED = 12001,
         /// kept apart
         ///

@@ -65,7 +65,7 @@ c_enum! {
         SELFCAL_REASON_BASELINE = 0x20_0000,
         /// repeated scene
         ///
-        /// The last pair showed the same scene as the pair fused before it, and adds no evidence.
+        /// The scene has hardly moved since the last pair that was added, and the pair adds no evidence.
         SELFCAL_REASON_REPEATED = 0x40_0000,
         /// axis of the rotation is noise
         ///

@@ -26,6 +26,10 @@ pub(crate) struct Context<'a, T: Scalar> {
     pub(crate) prior: T,
     /// Variances of the vibration: of single pairs about the mean rig, rad^2.
     pub(crate) vibration: BlockVariances<T>,
+    /// Share of the information of the present pair that is new, above 0 to 1.
+    pub(crate) share: T,
+    /// Factor of the variance of the gradient of the present pair in sums of successive pairs, at least 1.
+    pub(crate) scatter: T,
 }
 
 impl<'a, T: Scalar> Context<'a, T> {
@@ -33,7 +37,18 @@ impl<'a, T: Scalar> Context<'a, T> {
         let factory_pose = RectifyingRotations::from(factory);
         let vibration = BlockVariances::ZERO;
         let (factory_yaw_sd_rad, prior) = (Some(CALIBRATED_YAW_SD_RAD), config.prior());
-        Self { config, factory, factory_yaw_sd_rad, focal, factory_pose, prior, vibration }
+        let [share, scatter] = [T::ONE; 2];
+        Self {
+            config,
+            factory,
+            factory_yaw_sd_rad,
+            focal,
+            factory_pose,
+            prior,
+            vibration,
+            share,
+            scatter,
+        }
     }
 
     /// Returns the context with the standard deviation of the factory yaw, rad; `None` for an unknown yaw.
@@ -44,6 +59,11 @@ impl<'a, T: Scalar> Context<'a, T> {
     /// Returns the context with the variances of a vibration.
     pub(crate) fn vibrating(self, vibration: BlockVariances<T>) -> Self {
         Self { vibration, ..self }
+    }
+
+    /// Returns the context of a pair of which only a share is new, and whose gradient scatters by a factor more.
+    pub(crate) fn counting(self, [share, scatter]: [T; 2]) -> Self {
+        Self { share, scatter, ..self }
     }
 
     /// Returns the standard deviations of the lens parameters, in the order of [`crate::algebra::lens_terms`].
@@ -68,11 +88,11 @@ impl<'a, T: Scalar> Context<'a, T> {
         (self.factory_yaw_sd_rad.map(square), square(lens_yaw_sd_rad))
     }
 
-    /// Returns the factor that multiplies the sums over `pairs` pairs when a further pair is added; it is below 1 once
-    /// the memory is full.
+    /// Returns the factor that multiplies the sums over `pairs` pairs when the share of a further pair is added; it is
+    /// below 1 once the memory is full.
     pub(crate) fn fading(&self, pairs: u32) -> T {
         let memory = self.config.memory_pairs;
-        if pairs >= memory { T::ONE - T::ONE / T::count(memory) } else { T::ONE }
+        if pairs >= memory { T::ONE - self.share / T::count(memory) } else { T::ONE }
     }
 
     /// Adds the prior at the factory extrinsics to the normal equations at a pose.

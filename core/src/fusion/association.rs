@@ -9,7 +9,7 @@
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::hypotheses::Hypotheses;
 use super::hypothesis::Hypothesis;
-use super::repeated_scene::Seen;
+use super::key_frame::Moved;
 use super::turn::Turn;
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::pixel_row_offset;
@@ -61,8 +61,8 @@ pub(super) struct Association<T: Scalar> {
     stage: Stage,
     work: Work<T>,
     rejected: Rejected,
-    /// Relation of the batch to the scene of the last fused pair.
-    seen: Seen,
+    /// Motion of the scene of the batch since the key frame.
+    moved: Moved,
     /// Passes taken, evaluations and comparisons included.
     passes: u16,
     /// Reason for the end of the last solver.
@@ -82,7 +82,7 @@ impl<T: Scalar> Association<T> {
         stage: Stage::Idle,
         work: Work::None,
         rejected: Rejected { by_champion: false, by_challenger: false },
-        seen: Seen::New,
+        moved: Moved::FAR,
         passes: 0,
         stop: Stop::PassesSpent,
     };
@@ -92,9 +92,9 @@ impl<T: Scalar> Association<T> {
         !matches!(self.stage, Stage::Idle | Stage::Done(_))
     }
 
-    /// Returns whether the last batch repeated the scene of the pair fused before it.
+    /// Returns whether the last batch repeated the scene of the last pair that was added.
     pub(super) fn is_repeated(&self) -> bool {
-        self.seen.is_repeated()
+        self.moved.is_repeated()
     }
 
     /// Drops the batch and its result.
@@ -104,7 +104,7 @@ impl<T: Scalar> Association<T> {
 
     /// Begins a batch.
     ///
-    /// * `seen`: relation of the batch to the scene of the last fused pair.
+    /// * `moved`: motion of the scene of the batch since the key frame.
     /// * `turn`: turn of the baseline to try first. The turn is not tried if most matches fit the challenger, or if the
     ///   configuration allows too few passes.
     #[inline(never)]
@@ -112,11 +112,11 @@ impl<T: Scalar> Association<T> {
         &mut self,
         with: &AssociationContext<'_, T>,
         pairs: &[RayPair<T>],
-        seen: Seen,
+        moved: Moved,
         turn: Option<Turn>,
     ) {
         self.rejected = Rejected::default();
-        self.seen = seen;
+        self.moved = moved;
         self.passes = 0;
         let is_affordable = with.context.config.max_passes >= 2 * AFTER_TURNED;
         match turn.filter(|_| is_affordable && with.leaves_open(pairs)) {
@@ -331,7 +331,7 @@ impl<T: Scalar> Association<T> {
             support,
             evaluated,
             rejected: self.rejected,
-            seen: self.seen,
+            moved: self.moved,
             passes: self.passes,
             stop: self.stop,
         })

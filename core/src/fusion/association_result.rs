@@ -1,6 +1,6 @@
 //! Result of an association: the hypothesis that a pair supports, and the report of the pair.
 
-use super::repeated_scene::Seen;
+use super::key_frame::Moved;
 use crate::config::Context;
 use crate::outcome::pair_report::PairReport;
 use crate::pair::evaluate::EvaluatedPose;
@@ -32,14 +32,22 @@ pub(super) struct AssociationResult<'a, T: Scalar> {
     pub(super) support: Support,
     pub(super) evaluated: &'a EvaluatedPose<T>,
     pub(super) rejected: Rejected,
-    /// Relation of the pair to the scene of the last fused pair.
-    pub(super) seen: Seen,
+    /// Motion of the scene of the pair since the key frame.
+    pub(super) moved: Moved,
     /// Passes taken, evaluations and comparisons included.
     pub(super) passes: u16,
     pub(super) stop: Stop,
 }
 
 impl<T: Scalar> AssociationResult<'_, T> {
+    /// Returns [`Moved::share`] and [`Moved::scatter`] of the pair for its hypothesis; 1 for a new hypothesis.
+    pub(super) fn counting(&self) -> [T; 2] {
+        match self.support {
+            Support::Champion | Support::Challenger => [self.moved.share(), self.moved.scatter()],
+            Support::New | Support::None => [T::ONE; 2],
+        }
+    }
+
     /// Returns the report of the pair alone, at the optimum of its moments and a prior about the evaluated pose with
     /// the information of the factory extrinsics. `None` if there is no valid optimum.
     #[inline(never)]

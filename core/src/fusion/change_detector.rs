@@ -61,7 +61,7 @@ impl<T: Scalar> ChangeDetector<T> {
         self.moments.add(pair);
         let information = measurement.biased_at(hypothesis.pose()).normal.information;
         self.variance = self.variance.scaled(decay * decay);
-        self.variance.add(&information);
+        self.variance.add(&information.scaled(context.scatter));
         let vibration = hypothesis.vibration(context);
         if !vibration.is_zero() {
             self.variance.add(&vibration.scatter_of_gradient(&information));

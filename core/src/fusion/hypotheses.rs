@@ -4,8 +4,8 @@ use super::Kept;
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::{ChangeDetector, Finding};
 use super::hypothesis::{Hypothesis, Update};
+use super::key_frame::Moved;
 use super::prior::Prior;
-use super::repeated_scene::Seen;
 use super::turn::Turn;
 use crate::config::Context;
 use crate::error::Rejection;
@@ -97,16 +97,16 @@ impl<T: Scalar> Challenger<T> {
     fn add(
         &mut self,
         measurement: &PairMeasurement<T>,
-        seen: Seen,
+        moved: Moved,
         context: &Context<'_, T>,
     ) -> Result<(), Rejection> {
-        if !seen.is_repeated() {
+        if !moved.is_repeated() {
             let mut update = Update::NONE;
             self.hypothesis.next_update(measurement, context, &mut update)?;
             self.hypothesis.apply(measurement, &mut update, context);
         }
         // A copied pair always agrees with its original, so it does not count.
-        self.agreed = self.agreed.saturating_add(u16::from(seen != Seen::Copied));
+        self.agreed = self.agreed.saturating_add(u16::from(!moved.is_copy()));
         Ok(())
     }
 }
@@ -275,7 +275,7 @@ impl<T: Scalar> Hypotheses<T> {
     ) -> Result<Fused, Rejection> {
         match result.support {
             Support::Champion => {
-                let fused = if result.seen.is_repeated() {
+                let fused = if result.moved.is_repeated() {
                     Fused::Repeated
                 } else {
                     let champion = self.champion.as_mut().ok_or(Rejection::NotBegun)?;
@@ -287,7 +287,7 @@ impl<T: Scalar> Hypotheses<T> {
             }
             Support::Challenger => {
                 let challenger = self.challenger.as_mut().ok_or(Rejection::NotBegun)?;
-                challenger.add(&result.evaluated.measurement, result.seen, context)?;
+                challenger.add(&result.evaluated.measurement, result.moved, context)?;
                 self.count(result.rejected);
                 Ok(self.promote(kept, context))
             }

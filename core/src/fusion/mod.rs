@@ -10,8 +10,8 @@
 //! - [`association`], [`association_result`]: the hypothesis that a pair supports. [`hypotheses`]: champion,
 //!   challenger.
 //! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and their optimum with the prior.
-//! - [`change_detector`]: steps and drifts below the noise of a pair. [`repeated_scene`]: repeated scenes of a standing
-//!   vehicle.
+//! - [`change_detector`]: steps and drifts below the noise of a pair. [`key_frame`]: motion of the scene since the last pair
+//!   that was added.
 //! - [`reported`]: reported estimate, and its part that is applied.
 //! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: vibrating rigs.
 //! - [`lens`], [`lens_reference`], [`lens_change`]: errors of the lens models, and their compensation.
@@ -23,13 +23,13 @@ mod change_detector;
 mod hypotheses;
 pub(crate) mod hypothesis;
 mod image_halves;
+mod key_frame;
 mod lens;
 mod lens_change;
 pub(crate) mod lens_reference;
 mod marginal_sums;
 mod optimum;
 pub(crate) mod prior;
-mod repeated_scene;
 mod reported;
 mod turn;
 pub(crate) mod vibration;
@@ -45,19 +45,19 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::state::State;
 use association::{Association, AssociationContext};
-use association_result::Support;
+use association_result::{AssociationResult, Support};
 use hypotheses::Hypotheses;
 use hypothesis::Hypothesis;
+use key_frame::KeyFrame;
 use lens_reference::LensReference;
-use repeated_scene::RepeatedScene;
 use vibration::VibrationEstimator;
 
 /// State of the robust method.
 #[derive(Debug, Clone)]
 pub(crate) struct Fusion<T: Scalar> {
     hypotheses: Hypotheses<T>,
-    /// Scene of the last fused pair.
-    scene: RepeatedScene,
+    /// Scene of the last pair that was added.
+    key_frame: KeyFrame,
     /// Lens correction of the rays, and knowledge of the lens from sums that were dropped.
     reference: LensReference<T>,
     vibration: VibrationEstimator<T>,
@@ -75,7 +75,7 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) const fn new(is_calibrated: bool) -> Self {
         Self {
             hypotheses: Hypotheses::NONE,
-            scene: RepeatedScene::NEW,
+            key_frame: KeyFrame::NONE,
             reference: LensReference::GIVEN,
             vibration: VibrationEstimator::RIGID,
             mount: if is_calibrated { MountYaw::CALIBRATED } else { MountYaw::UNKNOWN },
@@ -94,7 +94,7 @@ impl<T: Scalar> Fusion<T> {
     fn forget_pairs(&mut self) {
         self.hypotheses.clear();
         self.mount.forget_pairs();
-        self.scene.clear();
+        self.key_frame.clear();
         self.reference = LensReference::GIVEN;
         self.association.close();
     }
@@ -126,7 +126,7 @@ impl<T: Scalar> Fusion<T> {
 
     /// Returns whether all lengths are within their capacities.
     pub(crate) fn is_within(&self) -> bool {
-        self.scene.is_within()
+        self.key_frame.is_within()
     }
 
     /// Discards the current pair, whether solved or not. If it was solved, the count of pairs before the first champion
@@ -153,11 +153,11 @@ impl<T: Scalar> Fusion<T> {
         if usable < needed {
             return Err(Rejection::TooFew { usable, needed });
         }
-        let Self { hypotheses, scene, association, .. } = self;
+        let Self { hypotheses, key_frame, association, .. } = self;
         let turn = hypotheses.next_turn();
         let with = AssociationContext { context, hypotheses };
-        let seen = scene.compare(matches, context.focal);
-        association.open(&with, matches, seen, turn);
+        let moved = key_frame.compare(matches, context.focal);
+        association.open(&with, matches, moved, turn);
         let begun = association.advance(&with, matches);
         if begun.is_err() {
             association.close();
@@ -222,7 +222,12 @@ impl<T: Scalar> Fusion<T> {
         let Self { hypotheses, association, reference, vibration, mount, .. } = self;
         let result = association.result().ok_or(Rejection::NotBegun)?;
         let kept = Kept { reference, mount };
-        let fused = hypotheses.fuse(&result, kept, context);
+        let context = &context.counting(result.counting());
+        let fused = if context.share < T::ONE {
+            fuse_share(hypotheses, &result, kept, context)
+        } else {
+            hypotheses.fuse(&result, kept, context)
+        };
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
         // Pairs that start or support a challenger beside a champion ([`Fused::KeptApart`]) do not update the vibration
         // estimate, because the wrong poses of weak pairs would look like a vibration that hides knocks. A pair that is
@@ -232,15 +237,19 @@ impl<T: Scalar> Fusion<T> {
             Ok(fused) => fused != Fused::KeptApart,
             Err(error) => error == Rejection::Disagrees,
         };
-        if is_heard && is_admissible && !result.seen.is_repeated() {
+        if is_heard && is_admissible && !result.moved.is_repeated() {
             let measurement = &result.evaluated.measurement;
             match fused {
                 Ok(_) => vibration.add(measurement, context),
                 Err(_) => add_refused(vibration, measurement, context),
             }
         }
-        if fused.is_ok() {
-            self.scene.remember(matches, context.focal);
+        let is_added = !result.moved.is_repeated() || result.support == Support::New;
+        if fused.is_ok() && is_added {
+            self.key_frame.remember(matches, context.focal);
+        }
+        // Knowledge ages as the sums fade, so a standing vehicle forgets nothing.
+        if fused.is_ok_and(|fused| !matches!(fused, Fused::Repeated | Fused::KeptApart)) {
             self.reference.fade(context.fading(u32::MAX));
             self.check_mount(context);
             let Self { hypotheses, mount, .. } = self;
@@ -300,7 +309,7 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.reported().is_some()
     }
 
-    /// Returns whether the last batch with enough correspondences repeated the scene of the pair fused before it.
+    /// Returns whether the last batch with enough correspondences repeated the scene of the last pair that was added.
     pub(crate) fn is_repeated(&self) -> bool {
         self.association.is_repeated()
     }
@@ -336,6 +345,20 @@ impl<T: Scalar> Kept<'_, T> {
     fn keep(&mut self, learned: (LensReference<T>, MountYaw<T>)) {
         (*self.reference, *self.mount) = learned;
     }
+}
+
+/// Fuses a pair of which only a share is new ([`Context::share`]).
+// Out of line, to keep the copy off the caller's stack.
+#[inline(never)]
+fn fuse_share<T: Scalar>(
+    hypotheses: &mut Hypotheses<T>,
+    result: &AssociationResult<'_, T>,
+    kept: Kept<'_, T>,
+    context: &Context<'_, T>,
+) -> Result<Fused, Rejection> {
+    let mut evaluated = *result.evaluated;
+    evaluated.measurement.scale(context.share);
+    hypotheses.fuse(&AssociationResult { evaluated: &evaluated, ..*result }, kept, context)
 }
 
 /// Adds a refused pair, unless it reduces a variance. A refused pair may only show more vibration, not less.

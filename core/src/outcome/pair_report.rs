@@ -89,9 +89,9 @@ impl<T: Scalar> fmt::Display for Outcome<T> {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub enum Fused {
-    /// The pair is part of the estimate.
+    /// The pair is part of the estimate. It counts by how far the scene has moved since the last pair that was added.
     Added,
-    /// The pair shows the same scene as the pair fused before it, and adds nothing.
+    /// The scene has hardly moved since the last pair that was added, and the pair adds nothing.
     Repeated,
     /// The pair disagrees with the estimate, and is part of the challenger. A challenger that three pairs confirm ends
     /// with this pair if its extrinsics agree with the estimate after all.

@@ -42,7 +42,7 @@ pub enum Reason {
     /// The pairs have not determined the baseline direction: as a rule the baseline in use is kept
     /// ([`crate::Proposal::applicable`]).
     Baseline,
-    /// The last pair showed the same scene as the pair fused before it, and adds no evidence.
+    /// The scene has hardly moved since the last pair that was added, and the pair adds no evidence.
     Repeated,
     /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise, or the pairs do
     /// not agree on an axis.

@@ -280,6 +280,12 @@ impl<T: Scalar> EvaluatedPose<T> {
 }
 
 impl<T: Scalar> PairMeasurement<T> {
+    /// Multiplies the information by a factor.
+    pub(crate) fn scale(&mut self, factor: T) {
+        self.moments.scale(factor);
+        self.halves = self.halves.map(|half| half.scaled(factor));
+    }
+
     /// Returns the normal equations at any pose from the moments, exact for frozen weights. They include the noise of
     /// disparities.
     pub(crate) fn biased_at(&self, pose: &RectifyingRotations<T>) -> BiasedEquations<T> {

@@ -95,3 +95,26 @@ fn copies_of_one_pair_of_another_rig_take_nothing_over() {
         assert_eq!(calibrator.proposal().unwrap().extrinsics, before, "{copy}");
     }
 }
+
+#[test]
+fn a_parked_vehicle_forgets_nothing() {
+    let lives = [0, 10_000].map(|parked| {
+        let mut calibrator = robust();
+        for seed in 0..30 {
+            take(&mut calibrator, &scene(seed)).unwrap();
+        }
+        for _ in 0..parked {
+            assert_eq!(take(&mut calibrator, &scene(29)), Ok(Fused::Repeated));
+        }
+        // The knowledge of lens and mount shows once a knock has replaced the sums.
+        let after = (0..10).map(|seed| {
+            let knocked = rig([1.3, -0.5, 0.8], [0.5, -0.4]);
+            let fused = take(&mut calibrator, &correspondences(&knocked, 250, 0.5, 50 + seed));
+            (fused, calibrator.proposal())
+        });
+        after.collect::<Vec<_>>()
+    });
+    let [driven, parked] = lives;
+    assert!(driven.iter().any(|(fused, _)| *fused == Ok(Fused::TookOver)));
+    assert_eq!(driven, parked);
+}

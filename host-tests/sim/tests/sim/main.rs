@@ -1,6 +1,7 @@
 //! The calibrator on recorded and generated data.
 
 mod compensate;
+mod creeping;
 mod deviations;
 mod falsified_lens;
 mod golden;
