@@ -1543,7 +1543,8 @@ typedef struct selfcal_encoder_t {
 } selfcal_encoder_t;
 
 /**
- * Result of one pair.
+ * Result of one pair: the rig at its moment. A rig that bends all the time has no estimate over many pairs, and each
+ * image pair is rectified with the extrinsics of its own report.
  */
 typedef struct selfcal_report_t {
     /**

@@ -81,7 +81,8 @@ c_enum! {
 
 from_core!(Fused => selfcal_fused_t from 12000, else SELFCAL_FUSED_UNKNOWN);
 
-/// Result of one pair.
+/// Result of one pair: the rig at its moment. A rig that bends all the time has no estimate over many pairs, and each
+/// image pair is rectified with the extrinsics of its own report.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_report_t {

@@ -9,6 +9,9 @@ use crate::scalar::Scalar;
 use crate::state::Stop;
 
 /// Result of one pair.
+///
+/// It is the rig at the moment of the pair. A rig that bends all the time has no estimate over many pairs, and each
+/// image pair is rectified with the extrinsics of its own report; [`Self::information`] says how well they are known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
