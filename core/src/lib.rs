@@ -95,19 +95,7 @@
 //! else; a call itself only computes, and interrupts may preempt it. The table has the largest measured numbers of
 //! instructions on a Cortex-M4F, in `f32`, built for speed, with 256 correspondences of which 30 % are outliers:
 //!
-//! | call | instructions | calls |
-//! |---|---|---|
-//! | decode and [`Calibrator::push`] | 600 in the mean, at most 1,700; at most 7,000 with all matches in one place | one per match |
-//! | [`Calibrator::advance_pair`], the first one | 70,000 | one per pair |
-//! | [`Calibrator::advance_pair`], a pass | 120,000; in a track 34,000 | 2 in a track, in a search up to [`Config::with_max_passes`] |
-//! | [`Calibrator::advance_pair`], the last pass | 144,000 | one per pair |
-//! | [`Calibrator::advance_pair`], the fusion | 117,000 | one per pair |
-//! | [`Calibrator::advance_pair`], the verdict | 81,000 | one per pair |
-//! | [`Calibrator::details`]; [`Calibrator::apply`], after a verdict | 89,000; 2,000 | as needed |
-//!
-//! * While the estimate is locked, a frame of 1,000 matches takes 0.89 million instructions from its first byte to its
-//!   outcome: 0.48 million to decode and select, 0.39 million for the pair. While it is acquiring, the frame takes 1.80
-//!   million. A pair of mismatches alone takes 1.30 million.
+#![doc = include_str!("../docs/real-time.md")]
 //! * Slices: call `advance_pair` once per period until it returns an outcome. The longest call decides the time slice.
 //!   The result equals the result of [`Calibrator::solve_pair`], bit for bit.
 //! * A frame may come before the last pair is done. A driver of [`link`] then reads nothing, and the sender keeps the

@@ -10,6 +10,9 @@ use crate::table::{Row, Table, as_f64};
 /// The page with all figures.
 const PAGE: &str = "host-tests/evidence/tables/costs.md";
 
+/// The part of the core's documentation with the longest calls.
+const REAL_TIME: &str = "core/docs/real-time.md";
+
 /// Board, scalar and optimisation of a column.
 type Column = [&'static str; 3];
 
@@ -28,14 +31,75 @@ pub(crate) fn write(root: &Path, table: &Table) -> Result<()> {
 }
 
 /// The documents, by path, with the figures of a table.
-fn updated(root: &Path, table: &Table) -> Result<[(&'static str, String); 3]> {
+fn updated(root: &Path, table: &Table) -> Result<[(&'static str, String); 4]> {
     let of = |path: &'static str, rows: Vec<(&str, Vec<String>)>| {
         let text = fs::read_to_string(root.join(path)).with_context(|| path.to_owned())?;
         let text = rows.iter().try_fold(text, |text, (label, cells)| replaced(&text, label, cells));
         anyhow::Ok((path, text.with_context(|| path.to_owned())?))
     };
     let evidence = of("host-tests/EVIDENCE.md", evidence(table)?)?;
-    Ok([(PAGE, page(table)), evidence, of("README.md", readme(table)?)?])
+    let real_time = (REAL_TIME, real_time(table)?);
+    Ok([(PAGE, page(table)), real_time, evidence, of("README.md", readme(table)?)?])
+}
+
+/// The longest calls, for the page of the core.
+fn real_time(table: &Table) -> Result<String> {
+    let of = |what: &str| anyhow::Ok(grouped(figure(table, M4F, what)?.value));
+    let at_most = |what: &str| of(&format!("{what} at most"));
+    let both = |what: &str| {
+        anyhow::Ok(format!(
+            "{} in the mean, at most {}",
+            of(&format!("{what} mean"))?,
+            at_most(what)?
+        ))
+    };
+    let rows = [
+        ("decoding of a record ([`link`])", of("decode a record mean")?, "one per match"),
+        ("[`Calibrator::push`], full batch", both("push into a full batch")?, "one per match"),
+        (
+            "[`Calibrator::push`], all matches in one place",
+            both("push into a full cell")?,
+            "one per match",
+        ),
+        (
+            "[`Calibrator::advance_pair`], the first one",
+            at_most("advance_pair that begins")?,
+            "one per pair",
+        ),
+        (
+            "[`Calibrator::advance_pair`], a pass",
+            at_most("advance_pair")?,
+            "2 in a track, in a search up to [`Config::with_max_passes`]",
+        ),
+        (
+            "[`Calibrator::advance_pair`], the last pass",
+            at_most("advance_pair that evaluates")?,
+            "one per pair",
+        ),
+        (
+            "[`Calibrator::advance_pair`], the fusion",
+            at_most("advance_pair that fuses")?,
+            "one per pair",
+        ),
+        (
+            "[`Calibrator::advance_pair`], the verdict",
+            at_most("advance_pair that judges")?,
+            "one per pair",
+        ),
+        ("[`Calibrator::details`]", at_most("details")?, "as needed"),
+        ("[`Calibrator::apply`]", at_most("apply")?, "as needed"),
+    ];
+    let rows =
+        rows.map(|(call, instructions, calls)| format!("| {call} | {instructions} | {calls} |\n"));
+    Ok(format!(
+        "| call | instructions | calls |\n|---|---|---|\n{}\n\
+         * A frame of 1,000 matches takes from its first byte to its outcome at most {} instructions while the \
+         estimate is\n  locked, and {} while it is acquiring. A pair of mismatches alone takes {}.\n",
+        rows.concat(),
+        at_most("frame of 1000 wire to fused locked")?,
+        at_most("frame of 1000 wire to fused acquiring")?,
+        at_most("update of 256 of mismatches")?,
+    ))
 }
 
 /// All figures, a line for each of the first column.
@@ -140,7 +204,7 @@ fn readme(table: &Table) -> Result<Vec<(&'static str, Vec<String>)>> {
             vec![stack(table, "m4f")?, stack(table, "m7")?],
         ),
         (
-            "flash, whole API without link and store",
+            "flash, estimator without link and store",
             vec![format!("{}; {} at opt-level `s`", fast?, small?)],
         ),
     ])

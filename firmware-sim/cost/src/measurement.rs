@@ -108,7 +108,7 @@ fn printed(text: &str, [board, scalar, opt]: [&str; 3]) -> Result<Vec<Row>> {
 /// Size of a program, bytes: code with constants, initial values, zeroed RAM.
 type Size = [u64; 3];
 
-/// Flash and RAM of the core: a program that calls the whole facade less an empty one, and a program that also calls
+/// Flash and RAM of the core: a program that calls the estimator less an empty one, and a program that also calls
 /// the store less the first.
 fn sizes_of_core(bare: Size, facade: Size, store: Size) -> [(&'static str, u64); 4] {
     let less = |a: Size, b: Size, i: usize| a[i].saturating_sub(b[i]);

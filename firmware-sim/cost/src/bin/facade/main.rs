@@ -1,4 +1,4 @@
-//! The whole facade, for its size. Not meant to be run.
+//! The facade of the estimator, for its size. Not meant to be run.
 
 #![no_std]
 #![no_main]
