@@ -175,7 +175,7 @@ impl<T: Scalar> Sums<T> {
         Self { rows, inliers: [0; 2], squared: T::ZERO }
     }
 
-    /// Adds the equations of a match, with the weight of Geman and McClure.
+    /// Adds the equations of a match, with the weight of Geman-McClure.
     ///
     /// * `precision`: inverse of the variance of a coordinate.
     /// * `of_loss`: inverse of the squared residual at which the weight is 1/4.
