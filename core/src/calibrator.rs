@@ -102,7 +102,7 @@ pub struct Calibrator<T: Scalar, const N: usize> {
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Returns a calibrator that starts at the factory calibration. The first pairs are solved from it, and the
     /// correction limit is measured from it. Row offsets alone do not determine yaw. In the robust preset, the estimate
-    /// keeps the factory yaw until the rig changes, weighted by [`FactoryCalibration::yaw_sd_rad`].
+    /// starts at the factory yaw, weighted by [`FactoryCalibration::yaw_sd_rad`], and follows the turns of the mount.
     ///
     /// Another factory calibration needs a new calibrator: a firmware saves that calibration and restarts.
     // Inlined, so that the value is written in place, without a copy on the stack.

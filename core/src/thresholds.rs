@@ -172,18 +172,24 @@ pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
 pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
 
-/// Standard deviation of the yaw of the rows from scene to scene (0.03 degrees): other depths and regions weigh the
-/// same lens differently. A larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
-pub(crate) const SCENE_YAW_RAD: f64 = 5.2e-4;
+/// Standard deviation of the yaw of the rows from scene to scene (0.034 degrees): other depths and regions weigh the
+/// same lens differently. It exceeds the scatter of single pairs, 0.02 to 0.03 degrees, because neighbours are alike. A
+/// larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
+pub(crate) const SCENE_YAW_RAD: f64 = 6e-4;
+
+/// Standard deviations of the turn of a mount about y from pair to pair, one for each decade: at rest, where it follows
+/// the temperature; while it warms up; while it yields; at a knock. Larger values follow the scatter of the scenes;
+/// smaller ones follow drift and knocks late.
+pub(crate) const MOUNT_WALKS_RAD: [f64; 4] = [1e-5, 1e-4, 1e-3, 1e-2];
+
+/// Probability per pair that a mount begins to walk in another way. A larger value follows the scatter of the scenes; a
+/// smaller one notices drift and knocks late.
+pub(crate) const MOUNT_CHANGES: f64 = 0.02;
 
 /// Until a witness measures the yaw of the mount, `1 + TURNED_DOUBT` times the squared apparent yaw of the lens is
 /// added to the variances of both yaws, because this yaw may be a turn of the mount. A larger value reports too large a
 /// deviation; a smaller one trusts the lens.
 pub(crate) const TURNED_DOUBT: f64 = 0.5;
-
-/// Number of pairs after which the rows are noted; a knock is detected within this number. A larger number learns the
-/// lens later; a smaller one takes a knock that is in the sums for an error of the lens.
-pub(crate) const ROWS_LAG: u16 = 16;
 
 /// Least and largest distance of a range reading, m. Readings outside are faults of a sensor.
 pub(crate) const MIN_RANGE_M: f64 = 0.01;
@@ -236,10 +242,6 @@ pub(crate) const MAX_CONFIRMED_YAW_RAD: f64 = 1.75e-3;
 /// Standard deviation of the yaw of a factory calibration with boards (0.05 degrees), rad. A larger value follows the
 /// rows; a smaller one trusts the calibration further than it was measured.
 pub(crate) const CALIBRATED_YAW_SD_RAD: f32 = 8.7e-4;
-
-/// Standard deviation of an unknown mount yaw. A larger value loses digits of the lens in `f32`; a smaller one pulls
-/// the estimate to the factory extrinsics.
-pub(crate) const UNKNOWN_YAW_RAD: f64 = 1.0;
 
 /// Standard deviations above which a difference is not chance: of an error of the lens from 0, of a baseline in use
 /// from an observed one, of the yaw of the mount from that of its calibration or of a witness, of the number of

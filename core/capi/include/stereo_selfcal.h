@@ -1267,7 +1267,7 @@ typedef struct selfcal_factory_t {
      */
     uint32_t is_guess;
     /**
-     * Standard deviation of the yaw of the extrinsics, rad, 1e-6 to 1. Depth relies on this yaw until the rig changes.
+     * Standard deviation of the yaw of the extrinsics, rad, 1e-6 to 1. Depth relies on this yaw and on the turns since.
      * 0 stands for 8.7e-4 (0.05 degrees), the standard deviation of a calibration with boards. Not used for a guess.
      */
     float yaw_sd_rad;

@@ -32,7 +32,7 @@ pub struct selfcal_factory_t {
     /// 1 if the extrinsics are a guess: the estimate then does not keep their yaw, and follows the yaw that the rows
     /// show. Otherwise 0.
     pub is_guess: u32,
-    /// Standard deviation of the yaw of the extrinsics, rad, 1e-6 to 1. Depth relies on this yaw until the rig changes.
+    /// Standard deviation of the yaw of the extrinsics, rad, 1e-6 to 1. Depth relies on this yaw and on the turns since.
     /// 0 stands for 8.7e-4 (0.05 degrees), the standard deviation of a calibration with boards. Not used for a guess.
     pub yaw_sd_rad: f32,
     /// Length of the baseline, m, 1e-3 to 1e3; 0 if it is not known. `selfcal_push_range` needs it.

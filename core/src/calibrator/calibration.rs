@@ -77,7 +77,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub(super) fn correct_lens(&mut self) -> bool {
         let Some((reference, corrected)) = self.next_lens() else { return false };
         self.corrected = corrected;
-        self.estimator.begin_again(&reference);
+        let context = self.estimator.context(&self.config, &self.factory);
+        self.estimator.begin_again(&reference, &context);
         self.batch.clear();
         true
     }

@@ -209,11 +209,11 @@ impl<T: Scalar> Estimator<T> {
     }
 
     /// Forgets all pairs and begins again with a corrected lens. Mount yaw and vibration stay known.
-    pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
+    pub(crate) fn begin_again(&mut self, reference: &LensReference<T>, context: &Context<'_, T>) {
         match self {
             #[cfg(feature = "paper")]
             Self::Paper(_) => {}
-            Self::Robust(fusion) => fusion.begin_again(reference),
+            Self::Robust(fusion) => fusion.begin_again(reference, context),
         }
     }
 

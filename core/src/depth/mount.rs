@@ -1,19 +1,14 @@
-//! Estimate of the yaws of mount and lens, apart from the sums over the pairs, and its updates.
+//! Yaws of mount and lens: what a factory calibration, pairs and witnesses tell of them, apart from the sums over the
+//! pairs.
 //!
-//! The fused row offsets are one measurement of the sum of the two yaws, whatever the number of pairs. Each read
-//! applies this measurement to the prior. The measurement becomes part of the prior when the sums over the pairs are
-//! dropped; rows that are old enough also become part of it when a witness is taken.
-//!
-//! A knock may be in the sums for many pairs before it is detected. Therefore the yaw of the lens is learnt only from
-//! rows that are at least [`ROWS_LAG`] pairs old, once there are such rows. A later change of the rows beyond chance
-//! counts as a turn of the mount.
+//! The pairs are added one by one, each with the yaw of its own optimum, to a [`Bank`] that starts from the factory
+//! calibration or from the first witness. Before there is either, the rows give the yaw of the mount.
 
-use super::yaw::YawEstimate;
+use super::bank::Bank;
+use super::yaw::{Measured, YawEstimate};
 use crate::config::Context;
 use crate::scalar::Scalar;
-use crate::thresholds::{
-    ROWS_LAG, SCENE_YAW_RAD, SIGNIFICANT, TURNED_DOUBT, WITNESS_RAD, WITNESS_SUPPORT,
-};
+use crate::thresholds::{SCENE_YAW_RAD, SIGNIFICANT, TURNED_DOUBT, WITNESS_RAD, WITNESS_SUPPORT};
 
 /// Estimate of the yaws of mount and lens, and its evidence.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,18 +17,13 @@ pub(crate) struct MountYaw<T> {
     calibrated: bool,
     /// Part of the mount yaw that rests on the factory calibration alone, 0 to 1.
     claimed: T,
-    /// Whether rows have refuted the factory calibration.
-    refuted: bool,
-    /// Whether the rig changed before the present sums began, and no witness has been taken since.
-    changed: bool,
-    /// Estimate before the present sums; `None` for the prior of the configuration.
-    known: Option<YawEstimate<T>>,
+    /// Estimate after the pairs so far; `None` before the first one, and while nothing but rows has measured the mount.
+    bank: Option<Bank<T>>,
     /// Number of witness measurements that agree with the estimate, at most [`WITNESS_SUPPORT`]. After a restart it is
     /// [`WITNESS_SUPPORT`] if a witness was ever taken since the last reset, and 0 otherwise.
     support: u8,
     /// Consecutive witness measurements that contradict the estimate, and wait for others that agree with them.
     waiting: Option<Measurements<T>>,
-    earlier: EarlierRows<T>,
 }
 
 /// Consecutive measurements that agree with each other: their mean, rad, its variance, rad^2, and their number.
@@ -57,20 +47,6 @@ impl<T: Scalar> Measurements<T> {
     }
 }
 
-/// Yaw of the rows at two earlier times. Every [`ROWS_LAG`] pairs the newer value becomes the older one. A record does
-/// not contain these values.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct EarlierRows<T> {
-    older: Option<RowsYaw<T>>,
-    newer: Option<RowsYaw<T>>,
-    /// Number of pairs since the newer value was noted.
-    pairs: u16,
-}
-
-impl<T: Scalar> EarlierRows<T> {
-    const NONE: Self = Self { older: None, newer: None, pairs: 0 };
-}
-
 /// Effect of a witness measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -89,116 +65,128 @@ pub(crate) struct RowsYaw<T> {
     pub(crate) variance: T,
 }
 
-impl<T: Scalar> MountYaw<T> {
-    /// State of a rig without a factory calibration.
-    pub(crate) const UNKNOWN: Self = Self {
-        calibrated: false,
-        claimed: T::ONE,
-        refuted: false,
-        changed: false,
-        known: None,
-        support: 0,
-        waiting: None,
-        earlier: EarlierRows::NONE,
-    };
+/// Yaws of mount and lens as they are reported.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct ReportedYaw<T> {
+    /// Yaw of the mount relative to the factory extrinsics, rad; `None` if it is the yaw of the rows.
+    pub(crate) mount: Option<T>,
+    /// Variance of the yaw of the mount, rad^2.
+    pub(crate) variance: T,
+    /// Apparent yaw `o` of the lens, rad: rows are off by `o x y` at unit depth.
+    pub(crate) lens: T,
+    /// Standard deviation of the apparent yaw, rad.
+    pub(crate) lens_sd: T,
+    /// Variance of the yaw of the rows while the mount rests, rad^2: chance in a turn of the mount.
+    var_at_rest: T,
+}
 
-    /// State of a rig whose factory extrinsics a calibration has measured.
-    pub(crate) const CALIBRATED: Self = Self { calibrated: true, ..Self::UNKNOWN };
+impl<T: Scalar> ReportedYaw<T> {
+    /// Returns whether the pairs have shown a turn of the mount, beyond chance, from a yaw that was estimated before,
+    /// rad.
+    pub(crate) fn has_turned_from(&self, yaw: T) -> bool {
+        let chance = self.var_at_rest + self.var_at_rest;
+        self.mount.is_some_and(|mount| (mount - yaw) * (mount - yaw) > chance)
+    }
+}
+
+impl<T: Scalar> MountYaw<T> {
+    /// Returns the state before any pair.
+    ///
+    /// * `calibrated`: whether a calibration measured the factory extrinsics.
+    pub(crate) const fn new(calibrated: bool) -> Self {
+        Self { calibrated, claimed: T::ONE, bank: None, support: 0, waiting: None }
+    }
 
     /// Forgets the measurements of pairs and witnesses.
     pub(crate) fn reset(&mut self) {
-        *self = Self { calibrated: self.calibrated, ..Self::UNKNOWN };
+        *self = Self::new(self.calibrated);
     }
 
-    /// Returns the estimate after the rows of the pairs.
+    /// Adds the yaw of one more pair. Does nothing while nothing but rows has measured the mount.
+    ///
+    /// * `pair`: yaw of the pair alone, with the variance of its noise.
     #[inline(never)]
-    pub(crate) fn with_rows(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
-        let rows = rows.of_scene(context);
-        self.before(&rows, context).with_rows(rows.turn, rows.variance)
-    }
-
-    /// Returns the part of an error of the rows that goes into the mount yaw, 0 to 1.
-    pub(crate) fn gain(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> T {
-        let rows = rows.of_scene(context);
-        self.before(&rows, context).gain_of_rows(rows.variance)
-    }
-
-    /// Returns the estimate before the rows. A difference from the earlier rows beyond chance counts as a turn of the
-    /// mount.
-    fn before(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
-        match self.earlier.older {
-            Some(older) => {
-                let then = self.at(&older, context);
-                then.turned(then.excess(rows.turn, rows.variance))
-            }
-            None => self.before_any(rows, context),
-        }
-    }
-
-    /// Returns the estimate after `rows`, without the earlier rows. After a change of the rig, a difference from the
-    /// prior beyond chance counts as a turn of the mount.
-    fn at(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
-        self.before_any(rows, context).with_rows(rows.turn, rows.variance)
-    }
-
-    fn before_any(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
-        let prior = self.prior(context);
-        if self.changed { prior.turned(prior.excess(rows.turn, rows.variance)) } else { prior }
-    }
-
-    /// Counts a fused pair, and notes the rows every [`ROWS_LAG`] pairs. Does nothing while nothing but rows has
-    /// measured the mount.
-    pub(crate) fn note(
-        &mut self,
-        rows: impl FnOnce() -> Option<RowsYaw<T>>,
-        context: &Context<'_, T>,
-    ) {
-        if !(self.has_factory() || self.known.is_some()) {
+    pub(crate) fn add(&mut self, pair: &RowsYaw<T>, context: &Context<'_, T>) {
+        let (_, var_lens) = context.yaw_variances();
+        let RowsYaw { turn, variance } = *pair;
+        // The scatter of the pairs contains that of the scenes. A pair counts by its share that is new.
+        let scene = pair.of_scene(context).variance;
+        let variance = scene.max(variance + context.vibration.rotation) / context.share;
+        if !(turn.is_finite() && variance > T::ZERO && variance.is_finite()) {
             return;
         }
-        let earlier = &mut self.earlier;
-        earlier.pairs = earlier.pairs.saturating_add(1);
-        if earlier.pairs >= ROWS_LAG
-            && let Some(rows) = rows()
-        {
-            let newer = Some(rows.of_scene(context));
-            *earlier = EarlierRows { older: earlier.newer, newer, pairs: 0 };
+        let bank = match (self.bank, self.factory(context)) {
+            (Some(mut bank), _) => {
+                bank.add_rows(turn, variance);
+                bank
+            }
+            (None, Some(made)) => Bank::at_rest(made.with(Measured::Rows, turn, variance)),
+            (None, None) => return,
+        };
+        // No lens has such a yaw: the mount has turned since its yaw was measured.
+        let is_refuted = is_apart(bank.estimate().lens(), var_lens);
+        self.bank = (!is_refuted).then_some(bank);
+        if is_refuted {
+            (self.claimed, self.support, self.waiting) = (T::ZERO, 0, None);
         }
     }
 
-    /// Forgets the witness measurements: after a turn of the mount they neither support nor contradict later ones.
-    fn forget_witnesses(&mut self) {
-        (self.support, self.waiting) = (0, None);
+    /// Returns whether the estimate contains no pair yet; then the first yaw to add belongs to all pairs so far. `None`
+    /// while nothing but rows has measured the mount, and no yaw is to be added.
+    pub(crate) fn begins(&self, context: &Context<'_, T>) -> Option<bool> {
+        let begins = self.bank.is_none();
+        (!begins || self.factory(context).is_some()).then_some(begins)
     }
 
-    /// Forgets the earlier rows and the waiting measurements when the sums over the pairs are dropped, because the rays
-    /// may have changed. The estimate stays.
-    pub(crate) fn forget_pairs(&mut self) {
-        self.forget_earlier();
+    /// Keeps the yaw of the mount for rays that are corrected for another lens: its apparent yaw is unknown.
+    pub(crate) fn change_lens(&mut self, context: &Context<'_, T>) {
+        let (_, var_lens) = context.yaw_variances();
         self.waiting = None;
+        let Some(bank) = &mut self.bank else { return };
+        let known = bank.estimate();
+        // The next pair shows the new lens, and no turn of the mount.
+        *bank = Bank::at_rest(YawEstimate::of_mount(known.mount(), known.var_mount(), var_lens));
     }
 
-    /// Forgets the earlier rows.
-    fn forget_earlier(&mut self) {
-        self.earlier = EarlierRows::NONE;
+    /// Returns the estimate from the factory calibration alone; `None` without one.
+    fn factory(&self, context: &Context<'_, T>) -> Option<YawEstimate<T>> {
+        let (var_mount, var_lens) = context.yaw_variances();
+        let is_claimed = self.calibrated && self.claimed > T::ZERO;
+        let var_mount = var_mount.filter(|_| is_claimed)?;
+        Some(YawEstimate::of_mount(T::ZERO, var_mount, var_lens))
     }
 
-    /// Returns the estimate before the sums over the pairs.
-    fn prior(&self, context: &Context<'_, T>) -> YawEstimate<T> {
-        let (factory, lens) = context.yaw_variances();
-        let mount = factory.filter(|_| self.has_factory());
-        self.known.unwrap_or(YawEstimate::independent(mount, lens))
+    /// Returns the estimate after the pairs; `None` if the rows give the yaw of the mount.
+    ///
+    /// * `rows`: yaw of the fused rows. It counts before the first pair has been added.
+    fn estimate(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> Option<YawEstimate<T>> {
+        let RowsYaw { turn, variance } = rows.of_scene(context);
+        let first = || Some(self.factory(context)?.with(Measured::Rows, turn, variance));
+        self.bank.map(|bank| bank.estimate()).or_else(first)
     }
 
-    /// Returns the reported variance of the mount yaw, rad^2. It includes [`Self::doubt`]: until a witness confirms the
-    /// yaw, the apparent yaw of the lens may be a turn of the mount.
-    pub(crate) fn reported_variance(&self, of: &YawEstimate<T>) -> T {
-        of.var_mount() + self.doubt(of)
+    /// Returns the estimate if the fused rows give the yaw of the mount.
+    fn of_rows(rows: &RowsYaw<T>, context: &Context<'_, T>) -> YawEstimate<T> {
+        let RowsYaw { turn, variance } = rows.of_scene(context);
+        let (_, var_lens) = context.yaw_variances();
+        YawEstimate::of_rows(turn, variance, var_lens)
     }
 
-    /// Returns the reported standard deviation of the apparent yaw of the lens, rad.
-    pub(crate) fn lens_deviation(&self, of: &YawEstimate<T>) -> T {
-        (of.var_lens() + self.doubt(of)).sqrt()
+    /// Returns the yaws of mount and lens for a report.
+    ///
+    /// * `rows`: yaw of the fused rows.
+    #[inline(never)]
+    pub(crate) fn reported(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> ReportedYaw<T> {
+        let known = self.estimate(rows, context);
+        let yaw = known.unwrap_or_else(|| Self::of_rows(rows, context));
+        let doubt = self.doubt(&yaw);
+        ReportedYaw {
+            mount: known.map(|known| known.mount()),
+            variance: yaw.var_mount() + doubt,
+            lens: yaw.lens(),
+            lens_sd: (yaw.var_lens() + doubt).sqrt(),
+            var_at_rest: self.bank.map_or(yaw.var_rows(), |bank| bank.var_at_rest()),
+        }
     }
 
     /// Returns the additional variance, rad^2, for the case that the mount has turned before the first pair, and the
@@ -206,44 +194,6 @@ impl<T: Scalar> MountYaw<T> {
     fn doubt(&self, of: &YawEstimate<T>) -> T {
         let claimed = self.claimed * of.lens();
         claimed * claimed * (T::ONE + self.claimed * T::lit(TURNED_DOUBT))
-    }
-
-    /// Returns whether the estimate starts from a factory calibration that rows have not refuted.
-    fn has_factory(&self) -> bool {
-        self.calibrated && !self.refuted
-    }
-
-    /// Returns whether the mount yaw still rests on the factory calibration alone: so far there was no refutation, no
-    /// change of the rig and no witness.
-    pub(crate) fn is_as_made(&self) -> bool {
-        self.has_factory() && self.known.is_none()
-    }
-
-    /// Returns whether the rows refute the factory calibration. Only a mount yaw that rests on the factory calibration
-    /// alone can be refuted.
-    pub(crate) fn is_refuted(&self, rows: &RowsYaw<T>, context: &Context<'_, T>) -> bool {
-        let squared = self.prior(context).surprise(rows.turn, rows.variance);
-        self.is_as_made() && squared > T::lit(SIGNIFICANT * SIGNIFICANT)
-    }
-
-    /// Marks the factory calibration as refuted: the mount yaw is unknown.
-    pub(crate) fn refute(&mut self) {
-        self.refuted = true;
-        self.forget_earlier();
-        self.forget_witnesses();
-    }
-
-    /// Handles a change of the rig, which drops the sums over the pairs. The rows before the change become part of the
-    /// estimate. The yaw of the lens stays, and the mount may have turned. If nothing but rows has measured the mount,
-    /// nothing is kept, because the next rows measure the sum of the two yaws again.
-    pub(crate) fn change(&mut self, rows: &RowsYaw<T>, context: &Context<'_, T>) {
-        if self.has_factory() || self.known.is_some() {
-            let rows = self.earlier.older.or(self.earlier.newer).unwrap_or(rows.of_scene(context));
-            self.known = Some(self.at(&rows, context));
-            self.changed = true;
-            self.forget_earlier();
-            self.forget_witnesses();
-        }
     }
 
     /// Adds a measurement of the mount yaw, rad, with its variance, rad^2. Returns `None`, and changes nothing, if it
@@ -256,14 +206,13 @@ impl<T: Scalar> MountYaw<T> {
         rows: &RowsYaw<T>,
         context: &Context<'_, T>,
     ) -> Option<Witnessed> {
-        let rows = rows.of_scene(context);
-        let (_, lens) = context.yaw_variances();
+        let (_, var_lens) = context.yaw_variances();
+        let before = self.estimate(rows, context).unwrap_or_else(|| Self::of_rows(rows, context));
         // The limit depends on the prior of the lens and not on the estimate: a wrong measurement that was taken must
         // not cause the refusal of later right ones.
-        if is_apart(rows.turn - yaw, lens + rows.variance + variance) {
+        if is_apart(before.rows() - yaw, var_lens + before.var_rows() + variance) {
             return None;
         }
-        let before = self.before(&rows, context);
         let contradicts = is_apart(yaw - before.mount(), before.var_mount() + variance);
         let alone = Measurements { yaw, variance, count: 1 };
         let confirmed = self.waiting.take().and_then(|waiting| waiting.confirmed(yaw, variance));
@@ -272,46 +221,41 @@ impl<T: Scalar> MountYaw<T> {
             self.waiting = Some(found);
             return Some(Witnessed::Waiting);
         }
-        let before = if contradicts { before.freed() } else { before };
-        let support = if contradicts { 0 } else { self.support };
-        self.support = support.saturating_add(found.count).min(WITNESS_SUPPORT);
-        let least = T::lit(WITNESS_RAD * WITNESS_RAD).min(before.var_mount());
-        let after = before.with_mount(found.yaw, found.variance).not_below(least);
-        self.claimed = if contradicts {
-            T::ZERO
-        } else {
-            self.claimed * (after.var_mount() / before.var_mount())
-        };
-        (self.known, self.changed) = (Some(after), false);
-        self.forget_earlier();
+        let mut bank = self.bank.unwrap_or(Bank::at_rest(before));
+        if contradicts {
+            // Only the sum of mount and lens stays, because the pairs show it.
+            bank = Bank::at_rest(YawEstimate::of_rows(before.rows(), before.var_rows(), var_lens));
+            (self.claimed, self.support) = (T::ZERO, 0);
+        }
+        let var_before = bank.estimate().var_mount();
+        bank.add(Measured::Mount, found.yaw, found.variance);
+        let least = T::lit(WITNESS_RAD * WITNESS_RAD).min(var_before);
+        bank.map(|yaws| yaws.not_below(least));
+        self.support = self.support.saturating_add(found.count).min(WITNESS_SUPPORT);
+        self.claimed *= (bank.estimate().var_mount() / var_before).min(T::ONE);
+        self.bank = Some(bank);
         Some(Witnessed::Taken)
     }
-}
 
-impl<T: Scalar> MountYaw<T> {
-    /// Returns the mount yaw before the sums, rad; 0 if nothing has measured it.
+    /// Returns the mount yaw apart from the present sums, rad; 0 if nothing but rows has measured it.
     pub(crate) fn known_yaw(&self) -> T {
-        self.known.map_or(T::ZERO, |known| known.mount())
+        self.bank.map_or(T::ZERO, |bank| bank.estimate().mount())
     }
 
-    /// Returns the numbers and the flags of a record.
-    pub(crate) fn parts(&self) -> ([T; 6], [bool; 3]) {
-        let [a, b, c, d, e] = self.known.map_or([T::ZERO; 5], |known| known.numbers());
-        ([self.claimed, a, b, c, d, e], [self.refuted, self.changed, self.known.is_some()])
+    /// Returns the numbers of a record, and whether the yaws are known.
+    pub(crate) fn parts(&self) -> ([T; 6], bool) {
+        let [a, b, c, d, e] = self.bank.map_or([T::ZERO; 5], |bank| bank.estimate().numbers());
+        ([self.claimed, a, b, c, d, e], self.bank.is_some())
     }
 
-    /// Takes over the numbers and flags of a record after a reset; returns `None` unless they fit together. The caller
-    /// has checked the range of each number.
-    pub(crate) fn resume(
-        &mut self,
-        [claimed, numbers @ ..]: [T; 6],
-        [refuted, changed, is_known]: [bool; 3],
-    ) -> Option<()> {
+    /// Takes over the numbers of a record after a reset; returns `None` unless they fit together. The caller has
+    /// checked the range of each number.
+    pub(crate) fn resume(&mut self, [claimed, numbers @ ..]: [T; 6], is_known: bool) -> Option<()> {
         let known = YawEstimate::of(numbers)?;
-        self.known = is_known.then_some(known);
-        (self.claimed, self.refuted, self.changed) = (claimed, refuted, changed);
+        self.bank = is_known.then_some(Bank::of(known));
+        self.claimed = claimed;
         self.support = if claimed < T::ONE { WITNESS_SUPPORT } else { 0 };
-        (is_known || !changed).then_some(())
+        Some(())
     }
 }
 

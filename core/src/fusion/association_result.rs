@@ -2,8 +2,9 @@
 
 use super::key_frame::Moved;
 use crate::config::Context;
+use crate::depth::mount::RowsYaw;
 use crate::outcome::pair_report::PairReport;
-use crate::pair::evaluate::EvaluatedPose;
+use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
 use crate::scalar::Scalar;
 use crate::state::Stop;
 
@@ -46,6 +47,17 @@ impl<T: Scalar> AssociationResult<'_, T> {
             Support::Champion | Support::Challenger => [self.moved.share(), self.moved.scatter()],
             Support::New | Support::None => [T::ONE; 2],
         }
+    }
+
+    /// Returns the yaw of the pair alone, at its optimum as in [`Self::report`], with the variance of its noise. `None`
+    /// if there is no valid optimum.
+    #[inline(never)]
+    pub(super) fn yaw(&self, context: &Context<'_, T>) -> Option<RowsYaw<T>> {
+        let PairMeasurement { pose, moments, .. } = &self.evaluated.measurement;
+        let normal = moments.biased_at_frame().debiased().with_prior(context.prior);
+        let (step, covariance) = normal.optimum()?;
+        let [_, variance, ..] = covariance.diagonal();
+        Some(RowsYaw { turn: context.factory_pose.unknowns_to(pose).y + step.y, variance })
     }
 
     /// Returns the report of the pair alone, at the optimum of its moments and a prior about the evaluated pose with

@@ -1,10 +1,10 @@
 //! Champion and challenger: how hypotheses start, gain support, are promoted and end (`ESTIMATOR.md`, section 13).
 
-use super::Kept;
 use super::association_result::{AssociationResult, Rejected, Support};
 use super::change_detector::{ChangeDetector, Finding};
 use super::hypothesis::{Hypothesis, Update};
 use super::key_frame::Moved;
+use super::lens_reference::LensReference;
 use super::prior::Prior;
 use super::turn::Turn;
 use crate::config::Context;
@@ -58,18 +58,18 @@ impl<T: Scalar> Champion<T> {
     fn fuse(
         &mut self,
         measurement: &PairMeasurement<T>,
-        mut kept: Kept<'_, T>,
+        reference: &mut LensReference<T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Rejection> {
         let finding = self.add(measurement, context)?;
         let Self { hypothesis, detector } = self;
         let is_change = finding == Finding::Changed;
-        // Lens and mount learn only at the change itself. At the renewal after it ([`Finding::Settled`]) they have
-        // already learnt from the sums before the change.
-        let learned = is_change.then(|| kept.learned(hypothesis, context));
+        // The lens is learnt only at the change itself. At the renewal after it ([`Finding::Settled`]) it has already
+        // been learnt from the sums before the change.
+        let learned = is_change.then(|| reference.with_knowledge_of(hypothesis, context));
         let is_renewed = finding != Finding::Same && detector.renew(hypothesis, is_change, context);
         let Some(learned) = learned.filter(|_| is_renewed) else { return Ok(Fused::Added) };
-        kept.keep(learned);
+        *reference = learned;
         Ok(Fused::Renewed)
     }
 }
@@ -243,7 +243,7 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Fuses an associated pair.
     ///
-    /// * `kept`: stores the knowledge of lens and mount from sums that are dropped.
+    /// * `reference`: takes the knowledge of the lens from sums that are dropped.
     ///
     /// # Errors
     /// [`Rejection`]; the champion's sums are unchanged. The pair counts against the hypothesis that it supports and
@@ -251,10 +251,10 @@ impl<T: Scalar> Hypotheses<T> {
     pub(super) fn fuse(
         &mut self,
         result: &AssociationResult<'_, T>,
-        kept: Kept<'_, T>,
+        reference: &mut LensReference<T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Rejection> {
-        let fused = self.add(result, kept, context);
+        let fused = self.add(result, reference, context);
         if fused.is_err() {
             let AssociationResult { support, rejected, .. } = *result;
             self.count(Rejected {
@@ -270,7 +270,7 @@ impl<T: Scalar> Hypotheses<T> {
     fn add(
         &mut self,
         result: &AssociationResult<'_, T>,
-        kept: Kept<'_, T>,
+        reference: &mut LensReference<T>,
         context: &Context<'_, T>,
     ) -> Result<Fused, Rejection> {
         match result.support {
@@ -279,7 +279,7 @@ impl<T: Scalar> Hypotheses<T> {
                     Fused::Repeated
                 } else {
                     let champion = self.champion.as_mut().ok_or(Rejection::NotBegun)?;
-                    champion.fuse(&result.evaluated.measurement, kept, context)?
+                    champion.fuse(&result.evaluated.measurement, reference, context)?
                 };
                 self.rejected = 0;
                 self.contradict_challenger(0);
@@ -289,7 +289,7 @@ impl<T: Scalar> Hypotheses<T> {
                 let challenger = self.challenger.as_mut().ok_or(Rejection::NotBegun)?;
                 challenger.add(&result.evaluated.measurement, result.moved, context)?;
                 self.count(result.rejected);
-                Ok(self.promote(kept, context))
+                Ok(self.promote(reference, context))
             }
             Support::New => {
                 self.begin_challenger(result, context)?;
@@ -336,7 +336,7 @@ impl<T: Scalar> Hypotheses<T> {
     /// that agrees with the champion ends instead, and the champion takes over its noise: a track assumes the noise of
     /// the pairs before, so a champion rejects pairs of much larger noise.
     #[inline(never)]
-    fn promote(&mut self, mut kept: Kept<'_, T>, context: &Context<'_, T>) -> Fused {
+    fn promote(&mut self, reference: &mut LensReference<T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();
         let is_supported = self.challenger.as_ref().is_some_and(|challenger| {
             challenger.agreed >= MIN_AGREED && challenger.hypothesis.is_certain(context)
@@ -353,7 +353,7 @@ impl<T: Scalar> Hypotheses<T> {
             return Fused::KeptApart;
         }
         if let Some(champion) = self.champion() {
-            kept.keep(kept.learned(champion, context));
+            *reference = reference.with_knowledge_of(champion, context);
         }
         self.make_champion();
         if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger) {

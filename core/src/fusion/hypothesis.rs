@@ -19,7 +19,6 @@ use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
 use crate::depth::mount::RowsYaw;
 use crate::error::Rejection;
-use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;
 use crate::pair::leverage::form_peak;
@@ -302,8 +301,8 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Returns whether the RMS row offset of the estimate over the sums is below [`IMPROVEMENT`] times that of other
     /// extrinsics.
-    pub(super) fn fits_clearly_better_than(&self, other: &Extrinsics<T>) -> bool {
-        self.fits_clearly_better_at(&self.pose, &RectifyingRotations::from(other))
+    pub(super) fn fits_clearly_better_than(&self, other: &RectifyingRotations<T>) -> bool {
+        self.fits_clearly_better_at(&self.pose, other)
     }
 
     /// Returns whether the RMS row offset over the sums at one pose is below [`IMPROVEMENT`] times that at another

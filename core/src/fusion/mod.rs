@@ -61,8 +61,8 @@ pub(crate) struct Fusion<T: Scalar> {
     /// Lens correction of the rays, and knowledge of the lens from sums that were dropped.
     reference: LensReference<T>,
     vibration: VibrationEstimator<T>,
-    /// Estimate of the mount yaw and of the apparent yaw of the lens, apart from the present sums: from the factory
-    /// calibration, from witnesses and from sums that were dropped.
+    /// Estimate of the mount yaw and of the apparent yaw of the lens from the factory calibration, from each pair and
+    /// from witnesses.
     mount: MountYaw<T>,
     /// Association of the current batch.
     association: Association<T>,
@@ -78,7 +78,7 @@ impl<T: Scalar> Fusion<T> {
             key_frame: KeyFrame::NONE,
             reference: LensReference::GIVEN,
             vibration: VibrationEstimator::RIGID,
-            mount: if is_calibrated { MountYaw::CALIBRATED } else { MountYaw::UNKNOWN },
+            mount: MountYaw::new(is_calibrated),
             association: Association::IDLE,
         }
     }
@@ -93,7 +93,6 @@ impl<T: Scalar> Fusion<T> {
 
     fn forget_pairs(&mut self) {
         self.hypotheses.clear();
-        self.mount.forget_pairs();
         self.key_frame.clear();
         self.reference = LensReference::GIVEN;
         self.association.close();
@@ -106,8 +105,9 @@ impl<T: Scalar> Fusion<T> {
 
     /// Forgets all pairs and restarts with another lens correction, to which the next rays belong. Keeps the estimate
     /// of the mount yaw and the variances of the vibration.
-    pub(crate) fn begin_again(&mut self, reference: &LensReference<T>) {
+    pub(crate) fn begin_again(&mut self, reference: &LensReference<T>, context: &Context<'_, T>) {
         self.forget_pairs();
+        self.mount.change_lens(context);
         // The mount does not change, so the vibration estimate is kept. The optimum of the next pair is not compared
         // with earlier ones, because they belong to other rays.
         self.vibration.interrupt();
@@ -219,14 +219,13 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
         matches: &[RayPair<T>],
     ) -> Result<Fused, Rejection> {
-        let Self { hypotheses, association, reference, vibration, mount, .. } = self;
+        let Self { hypotheses, association, reference, vibration, .. } = self;
         let result = association.result().ok_or(Rejection::NotBegun)?;
-        let kept = Kept { reference, mount };
         let context = &context.counting(result.counting());
         let fused = if context.share < T::ONE {
-            fuse_share(hypotheses, &result, kept, context)
+            fuse_share(hypotheses, &result, reference, context)
         } else {
-            hypotheses.fuse(&result, kept, context)
+            hypotheses.fuse(&result, reference, context)
         };
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
         // Pairs that start or support a challenger beside a champion ([`Fused::KeptApart`]) do not update the vibration
@@ -251,10 +250,12 @@ impl<T: Scalar> Fusion<T> {
         // Knowledge ages as the sums fade, so a standing vehicle forgets nothing.
         if fused.is_ok_and(|fused| !matches!(fused, Fused::Repeated | Fused::KeptApart)) {
             self.reference.fade(context.fading(u32::MAX));
-            self.check_mount(context);
-            let Self { hypotheses, mount, .. } = self;
-            if let Some(champion) = hypotheses.champion() {
-                mount.note(|| champion.rows_yaw(context), context);
+            let begins = self.mount.begins(context);
+            if let (Some(champion), Some(begins)) = (self.hypotheses.champion(), begins) {
+                let yaw = if begins { champion.rows_yaw(context) } else { result.yaw(context) };
+                if let Some(yaw) = yaw {
+                    self.mount.add(&yaw, context);
+                }
             }
         }
         fused
@@ -263,21 +264,6 @@ impl<T: Scalar> Fusion<T> {
     /// Ends the solved pair.
     pub(crate) fn close(&mut self) {
         self.association.close();
-    }
-
-    /// Marks the factory yaw as refuted if the rows of the champion contradict it: the mount has turned since the
-    /// factory calibration.
-    fn check_mount(&mut self, context: &Context<'_, T>) {
-        let Self { hypotheses, mount, .. } = self;
-        let Some(champion) = hypotheses.champion().filter(|_| mount.is_as_made()) else { return };
-        // The variance of the yaw that the rows show is expensive. It is computed only if the rows would refute the
-        // factory yaw with a variance of 0.
-        let exact = RowsYaw { turn: champion.yaw(context), variance: T::ZERO };
-        if mount.is_refuted(&exact, context)
-            && champion.rows_yaw(context).is_some_and(|rows| mount.is_refuted(&rows, context))
-        {
-            mount.refute();
-        }
     }
 
     /// Returns the pose of the reported estimate, as the row offsets show it, and the yaw of this pose with its
@@ -320,45 +306,18 @@ impl<T: Scalar> Fusion<T> {
     }
 }
 
-/// Knowledge that is kept when the sums of a hypothesis are dropped.
-struct Kept<'a, T: Scalar> {
-    reference: &'a mut LensReference<T>,
-    mount: &'a mut MountYaw<T>,
-}
-
-impl<T: Scalar> Kept<'_, T> {
-    /// Returns the knowledge that remains after the sums of `from` are dropped because the rig has changed.
-    #[inline(never)]
-    fn learned(
-        &self,
-        from: &Hypothesis<T>,
-        context: &Context<'_, T>,
-    ) -> (LensReference<T>, MountYaw<T>) {
-        let mut mount = *self.mount;
-        if let Some(rows) = from.rows_yaw(context) {
-            mount.change(&rows, context);
-        }
-        (self.reference.with_knowledge_of(from, context), mount)
-    }
-
-    /// Stores knowledge that [`Self::learned`] has returned.
-    fn keep(&mut self, learned: (LensReference<T>, MountYaw<T>)) {
-        (*self.reference, *self.mount) = learned;
-    }
-}
-
 /// Fuses a pair of which only a share is new ([`Context::share`]).
 // Out of line, to keep the copy off the caller's stack.
 #[inline(never)]
 fn fuse_share<T: Scalar>(
     hypotheses: &mut Hypotheses<T>,
     result: &AssociationResult<'_, T>,
-    kept: Kept<'_, T>,
+    reference: &mut LensReference<T>,
     context: &Context<'_, T>,
 ) -> Result<Fused, Rejection> {
     let mut evaluated = *result.evaluated;
     evaluated.measurement.scale(context.share);
-    hypotheses.fuse(&AssociationResult { evaluated: &evaluated, ..*result }, kept, context)
+    hypotheses.fuse(&AssociationResult { evaluated: &evaluated, ..*result }, reference, context)
 }
 
 /// Adds a refused pair, unless it reduces a variance. A refused pair may only show more vibration, not less.

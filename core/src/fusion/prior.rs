@@ -104,9 +104,10 @@ pub(crate) struct Learned<T: Scalar> {
     lens: [T; 6],
     pub(crate) changes: u8,
     vibration: KnownVibration<T>,
-    /// Numbers of [`crate::depth::mount::MountYaw::parts`]; `mount_flags` holds its flags.
+    /// Numbers of [`crate::depth::mount::MountYaw::parts`].
     mount: [T; 6],
-    pub(crate) mount_flags: [bool; 3],
+    /// Whether these numbers are known.
+    pub(crate) knows_mount: bool,
 }
 
 impl<T: Scalar> Learned<T> {
@@ -126,7 +127,7 @@ impl<T: Scalar> Learned<T> {
             changes: lens.changes(),
             vibration: KnownVibration::NONE,
             mount: [T::ONE, zero, zero, zero, zero, zero],
-            mount_flags: [false; 3],
+            knows_mount: false,
         }
     }
 
@@ -219,16 +220,16 @@ impl<T: Scalar> Fusion<T> {
             }
         }
         learned.vibration = self.vibration.known();
-        (learned.mount, learned.mount_flags) = self.mount.parts();
+        (learned.mount, learned.knows_mount) = self.mount.parts();
     }
 
     /// Restores the content of a record. The estimate is suspect until a pair supports it. `None` if the parts of the
     /// record do not fit together; this value is then unspecified.
     #[inline(never)]
     pub(crate) fn resume(&mut self, learned: &Learned<T>, context: &Context<'_, T>) -> Option<()> {
-        let Learned { prior, lens, changes, vibration, mount, mount_flags } = learned;
+        let Learned { prior, lens, changes, vibration, mount, knows_mount } = learned;
         self.reference = LensReference::of(*lens, *changes)?;
-        self.mount.resume(*mount, *mount_flags)?;
+        self.mount.resume(*mount, *knows_mount)?;
         self.vibration.resume(vibration);
         if prior.pairs == 0 {
             return Some(());

@@ -8,7 +8,7 @@ use super::lens::HypothesisLens;
 use crate::algebra::information::StandardDeviations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
-use crate::depth::mount::RowsYaw;
+use crate::depth::mount::{ReportedYaw, RowsYaw};
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
@@ -57,14 +57,21 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
         in_use: &CorrectedExtrinsics<T>,
     ) -> Option<Proposal<T>> {
-        let OfMount { estimate, turn, lens_yaw } = of_mount;
+        let OfMount { estimate, yaw } = of_mount;
         let WithLens { pose, covariance: wide, correction, found } = estimate;
         let [sd, sd_lens] = [covariance, wide].map(StandardDeviations::of);
         if !(sd.is_finite() && sd_lens.is_finite()) {
             return None;
         }
-        let extrinsics = turned(pose, *turn)?;
+        let extrinsics = with_yaw(pose, yaw.mount, context)?;
         let best = CorrectedExtrinsics { extrinsics, correction: *correction };
+        let held = held_yaw(yaw, in_use, correction, context);
+        let held_best = if held == yaw.mount {
+            best
+        } else {
+            let extrinsics = with_yaw(pose, held, context)?;
+            CorrectedExtrinsics { extrinsics, correction: *correction }
+        };
         let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
         let left = sd_lens.translation * sd_lens.translation * context.prior;
         let gains =
@@ -73,9 +80,9 @@ impl<T: Scalar> Fusion<T> {
         let doubted = doubts.contains(Reason::ImageHalves) && found.is_none();
         let applicable = if doubted || !gains {
             let known = !doubted && sd.translation * sd.translation * context.prior <= observed;
-            self.with_baseline_of(hypothesis, in_use, known.then_some(&best), *turn, context)
+            self.with_baseline_of(hypothesis, in_use, known.then_some(&held_best), held, context)
         } else {
-            best
+            held_best
         };
         Some(Proposal {
             extrinsics: best.extrinsics,
@@ -88,17 +95,18 @@ impl<T: Scalar> Fusion<T> {
             sd_lens,
             covariance_lens: Some(wide.matrix()),
             lens: *found,
-            lens_yaw: *lens_yaw,
+            lens_yaw: Finding { value: yaw.lens, sd: yaw.lens_sd },
             baseline_observed: left <= observed,
-            improves: self.improves(hypothesis, &best, covariance, in_use),
+            improves: self.improves(hypothesis, &best, yaw, covariance, in_use, context),
             state: self.state(),
             doubts,
             vibration: context.vibration.into(),
         })
     }
 
-    /// Returns whether the estimate fits all pairs clearly better than the extrinsics in use, and differs from them by
-    /// more than chance. `None` if the sums have another lens correction than the calibration in use or than `best`.
+    /// Returns whether the estimate is better than the extrinsics in use: the pairs have shown a turn of the mount from
+    /// them, or it fits all pairs clearly better and differs by more than chance. `None` if the sums have another lens
+    /// correction than the calibration in use or than `best`.
     ///
     /// * `covariance`: covariance of the estimate, rad^2.
     #[inline(never)]
@@ -106,17 +114,28 @@ impl<T: Scalar> Fusion<T> {
         &self,
         hypothesis: &Hypothesis<T>,
         best: &CorrectedExtrinsics<T>,
+        yaw: &ReportedYaw<T>,
         covariance: &Symmetric5<T>,
         in_use: &CorrectedExtrinsics<T>,
+        context: &Context<'_, T>,
     ) -> Option<bool> {
         let reference = self.reference.correction();
         if in_use.correction != *reference || best.correction != *reference {
             return None;
         }
-        let off = hypothesis.pose().unknowns_to(&RectifyingRotations::from(&in_use.extrinsics));
+        let used = RectifyingRotations::from(&in_use.extrinsics);
+        if yaw.mount.is_some() && yaw.has_turned_from(yaw_of(&used, context)) {
+            return Some(true);
+        }
+        // As the rows show the extrinsics in use: the yaw of the lens counts against neither.
+        let used = match yaw.mount {
+            Some(mount) => turned(&used, yaw_of(hypothesis.pose(), context) - mount)?,
+            None => used,
+        };
+        let off = hypothesis.pose().unknowns_to(&used);
         let differs =
             covariance.inverse_form(&off).is_none_or(|form| form >= T::lit(SIGNIFICANT_CHANGE));
-        Some(differs && hypothesis.fits_clearly_better_than(&in_use.extrinsics))
+        Some(differs && hypothesis.fits_clearly_better_than(&used))
     }
 
     /// Returns extrinsics with the baseline in use and the `R` fitted to it. Without a fit of `R`, returns the
@@ -124,23 +143,23 @@ impl<T: Scalar> Fusion<T> {
     ///
     /// * `known`: the estimate, if its baseline is known. It is returned instead if its row offsets are clearly
     ///   smaller.
-    /// * `turn`: rotation from the yaw that the rows show to the yaw of the mount, rad.
+    /// * `yaw`: yaw of the mount relative to the factory extrinsics, rad; `None` for the yaw that the rows show.
     #[inline(never)]
     fn with_baseline_of(
         &self,
         hypothesis: &Hypothesis<T>,
         in_use: &CorrectedExtrinsics<T>,
         known: Option<&CorrectedExtrinsics<T>>,
-        turn: T,
+        yaw: Option<T>,
         context: &Context<'_, T>,
     ) -> CorrectedExtrinsics<T> {
         let correction = *self.reference.correction();
         let rows = hypothesis.with_baseline_of(&in_use.extrinsics, context);
         let held = rows.as_ref().unwrap_or(&in_use.extrinsics);
-        if let Some(known) = known.filter(|_| hypothesis.fits_clearly_better_than(held)) {
+        if let Some(known) = known.filter(|_| hypothesis.fits_clearly_better_than(&held.into())) {
             return *known;
         }
-        let mount = rows.and_then(|rows| with_rotation_turned(&rows, turn));
+        let mount = rows.and_then(|rows| with_rotation_turned(&rows, yaw, context));
         mount.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
     }
 
@@ -188,12 +207,13 @@ impl<T: Scalar> Fusion<T> {
     fn of_mount(&self, with_lens: &WithLens<T>, context: &Context<'_, T>) -> OfMount<T> {
         let mut estimate = *with_lens;
         let [_, variance, ..] = estimate.covariance.diagonal();
-        let rows = RowsYaw { turn: context.factory_pose.unknowns_to(&estimate.pose).y, variance };
-        let yaw = self.mount.with_rows(&rows, context);
-        let reported = self.mount.reported_variance(&yaw);
-        estimate.covariance.set_yaw(self.mount.gain(&rows, context), reported);
-        let lens_yaw = Finding { value: yaw.lens(), sd: self.mount.lens_deviation(&yaw) };
-        OfMount { estimate, turn: yaw.mount() - rows.turn, lens_yaw }
+        let rows = RowsYaw { turn: yaw_of(&estimate.pose, context), variance };
+        let yaw = self.mount.reported(&rows, context);
+        // The error of the mount's yaw comes from its separation from the lens. It does not depend on the other
+        // unknowns, which the rows determine.
+        let gain = if yaw.mount.is_some() { T::ZERO } else { T::ONE };
+        estimate.covariance.set_yaw(gain, yaw.variance);
+        OfMount { estimate, yaw }
     }
 
     /// Returns the pose for the compensated lens. `None` if the lens is not compensated, or if the pose exceeds the
@@ -215,9 +235,7 @@ impl<T: Scalar> Fusion<T> {
 struct OfMount<T: Scalar> {
     /// Pose as the rows show it. Its covariance belongs to the pose with the yaw of the mount.
     estimate: WithLens<T>,
-    /// Rotation from the yaw that the rows show to the yaw of the mount, rad.
-    turn: T,
-    lens_yaw: Finding<T>,
+    yaw: ReportedYaw<T>,
 }
 
 /// The estimate with an uncertain lens.
@@ -231,22 +249,58 @@ struct WithLens<T: Scalar> {
     found: Option<LensEstimate<T>>,
 }
 
-/// Returns extrinsics with `R` rotated about the rectified y by `turn`, rad, and `t` unchanged.
-fn with_rotation_turned<T: Scalar>(of: &Extrinsics<T>, turn: T) -> Option<Extrinsics<T>> {
-    if turn == T::ZERO {
+/// Returns the yaw to apply: that of the calibration in use until the pairs have shown a turn of the mount beyond
+/// chance, so that a rectifier is not loaded for nothing. `None` for the yaw that the rows show.
+///
+/// * `correction`: lens correction of the estimate.
+fn held_yaw<T: Scalar>(
+    yaw: &ReportedYaw<T>,
+    in_use: &CorrectedExtrinsics<T>,
+    correction: &LensCorrection<T>,
+    context: &Context<'_, T>,
+) -> Option<T> {
+    let mount = yaw.mount?;
+    let used = yaw_of(&RectifyingRotations::from(&in_use.extrinsics), context);
+    let is_held = in_use.correction == *correction && !yaw.has_turned_from(used);
+    Some(if is_held { used } else { mount })
+}
+
+/// Returns the rotation of a pose about y from the factory extrinsics, rad.
+fn yaw_of<T: Scalar>(pose: &RectifyingRotations<T>, context: &Context<'_, T>) -> T {
+    context.factory_pose.unknowns_to(pose).y
+}
+
+/// Returns extrinsics with `R` rotated about the rectified y to a yaw, rad, and `t` unchanged; `None` for the yaw as it
+/// is.
+fn with_rotation_turned<T: Scalar>(
+    of: &Extrinsics<T>,
+    yaw: Option<T>,
+    context: &Context<'_, T>,
+) -> Option<Extrinsics<T>> {
+    if yaw.is_none() {
         return Some(*of);
     }
-    let turned = turned(&of.into(), turn)?;
+    let turned = with_yaw(&of.into(), yaw, context)?;
     Extrinsics::try_new(turned.rotation().matrix(), of.translation()).ok()
 }
 
-/// Returns the extrinsics of a pose after a rotation of `R` about y by `turn`, rad.
-fn turned<T: Scalar>(rows: &RectifyingRotations<T>, turn: T) -> Option<Extrinsics<T>> {
+/// Returns the extrinsics of a pose after a rotation of `R` about y to a yaw relative to the factory extrinsics, rad;
+/// `None` for the yaw as it is.
+fn with_yaw<T: Scalar>(
+    pose: &RectifyingRotations<T>,
+    yaw: Option<T>,
+    context: &Context<'_, T>,
+) -> Option<Extrinsics<T>> {
     // A step of 0 would introduce rounding errors.
-    if turn == T::ZERO {
-        return rows.extrinsics().ok();
+    match yaw.map(|yaw| yaw - yaw_of(pose, context)).filter(|turn| *turn != T::ZERO) {
+        Some(turn) => turned(pose, turn)?.extrinsics().ok(),
+        None => pose.extrinsics().ok(),
     }
-    rows.stepped(&(Vector3::y() * turn), &Vector2::zeros())?.extrinsics().ok()
+}
+
+/// Returns a pose after a rotation of `R` about y, rad.
+fn turned<T: Scalar>(pose: &RectifyingRotations<T>, turn: T) -> Option<RectifyingRotations<T>> {
+    pose.stepped(&(Vector3::y() * turn), &Vector2::zeros())
 }
 
 /// Returns the doubts about a hypothesis that follow from matches on one side of the peak

@@ -82,9 +82,9 @@ const WORDS: usize = 3 + 3 * 6 + 2 * 2;
 pub(crate) const BYTES: usize = OVERHEAD_BYTES + 4 * WORDS + bytes_of(&LEARNED);
 const _: () = assert!(BYTES <= 400);
 
-/// Flags of the header: a calibration before the one in use exists; the calibrator is frozen; three flags of the mount;
-/// pairs have shown depth.
-const FLAGS: [u8; 6] = [1, 2, 4, 8, 16, 32];
+/// Flags of the header: a calibration before the one in use exists; the calibrator is frozen; the yaws are known; pairs
+/// have shown depth.
+const FLAGS: [u8; 4] = [1, 2, 4, 8];
 
 /// Function that reads the calibrations of a record into a calibrator, and the estimate of the record into [`Learned`];
 /// it returns whether there is a record.
@@ -142,8 +142,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Writes the record of [`Calibrator::snapshot`].
     #[inline(never)]
     pub(crate) fn write_snapshot(&self, learned: &mut Learned<T>, record: &mut [u8]) {
-        let [a, b, c] = learned.mount_flags;
-        let flags = [self.before.is_some(), self.frozen, a, b, c, self.relief.is_shown()];
+        let (before, relief) = (self.before.is_some(), self.relief.is_shown());
+        let flags = [before, self.frozen, learned.knows_mount, relief];
         let flags = flags.into_iter().zip(FLAGS).filter(|(is_set, _)| *is_set);
         let flags = flags.fold(0, |all, (_, bit)| all | bit);
         let FactoryCalibration { cameras, extrinsics, .. } = &self.factory;
@@ -230,7 +230,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ) -> Result<(), RestoreError> {
         let context = self.estimator.context(&self.config, &self.factory);
         let (mut from, [flags, changes]) = Reader::begin(record, STATE, BYTES)?;
-        let [has_before, frozen, mount @ .., relief] = FLAGS.map(|bit| flags & bit != 0);
+        let [has_before, frozen, knows_mount, relief] = FLAGS.map(|bit| flags & bit != 0);
         let [rig, generation, pairs] = [(); 3].map(|()| from.word());
         if rig != fingerprint(&self.factory.cameras, context.factory) {
             return Err(RestoreError::OtherRig);
@@ -245,7 +245,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         learned.prior.pose = RectifyingRotations::from(&extrinsics);
         learned.numbers().into_iter().for_each(|numbers| from.fill(numbers));
         (learned.prior.pairs, learned.changes) = (pairs, changes);
-        learned.mount_flags = mount;
+        learned.knows_mount = knows_mount;
         // A record may have the present generation and another calibration. The generation then grows, so that a
         // caller with the present calibration in its rectifier notices the change.
         let is_known = generation == self.generation;

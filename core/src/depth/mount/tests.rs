@@ -4,90 +4,117 @@ use crate::geometry::extrinsics::Extrinsics;
 
 const LENS: f64 = 0.005;
 const KNOCK: f64 = 0.0175;
-const NOISE: f64 = 2e-3;
+const NOISE: f64 = 4e-4;
 
-/// Returns the yaw that the rows show over `pairs` pairs, of which the last `knocked` pairs follow a knock. It is the
-/// mean over the pairs, because nothing has detected the knock.
-fn rows(pairs: u32, knocked: u32) -> RowsYaw<f64> {
-    let [all, part] = [pairs, knocked].map(f64::from);
-    RowsYaw { turn: LENS + KNOCK * part / all, variance: NOISE * NOISE / all }
+fn rows(turn: f64) -> RowsYaw<f64> {
+    RowsYaw { turn, variance: NOISE * NOISE }
+}
+
+/// Calls a function with a context, and a commissioned rig after a number of pairs.
+fn after<R>(pairs: u32, run: impl FnOnce(MountYaw<f64>, &Context<'_, f64>) -> R) -> R {
+    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
+    let context = Context::new(&config, &factory, 1400.0);
+    let mut mount = MountYaw::new(true);
+    (0..pairs).for_each(|_| mount.add(&rows(LENS), &context));
+    run(mount, &context)
 }
 
 #[test]
-fn a_knock_that_is_in_the_sums_before_its_detection_counts_as_a_turn_of_the_mount() {
-    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
-    let context = Context::new(&config, &factory, 1400.0);
-    // The estimate attributes nearly all of this yaw to the lens, and the rest to the mount.
-    let share = MountYaw::CALIBRATED.with_rows(&rows(40, 0), &context).lens();
-    assert!((share - LENS).abs() < 4e-4, "{share}");
-    for late in [3, 8, 15, 20] {
-        let mut mount = MountYaw::CALIBRATED;
-        (1..40).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
-        (1..=late).for_each(|n| mount.note(|| Some(rows(40 + n, n)), &context));
-        // Even before the detection, a turn of the rows beyond chance counts as a turn of the mount.
-        let before = mount.with_rows(&rows(40 + late, late), &context);
-        assert!((before.lens() - LENS).abs() < 1e-3, "{late}: {before:?}");
-        mount.change(&rows(40 + late, late), &context);
-        let after = mount.with_rows(&rows(20, 20), &context);
-        let (turn, lens) = (after.mount() - KNOCK, after.lens() - LENS);
-        assert!(turn.abs() < 8e-4 && lens.abs() < 8e-4, "{late}: {turn} {lens}");
-    }
+fn a_knock_between_pairs_is_a_turn_of_the_mount_and_not_of_the_lens() {
+    after(40, |mut mount, context| {
+        let before = mount.reported(&rows(LENS), context);
+        assert!((before.lens - LENS).abs() < 4e-4, "{before:?}");
+        for late in 1..20 {
+            mount.add(&rows(LENS + KNOCK), context);
+            // The fused rows do not show the knock yet.
+            let after = mount.reported(&rows(LENS), context);
+            let [turn, lens] = [after.mount.unwrap() - KNOCK, after.lens - before.lens];
+            assert!(turn.abs() < if late < 3 { 2e-3 } else { 8e-4 }, "{late}: {turn}");
+            assert!(lens.abs() < 2e-4, "{late}: {lens}");
+        }
+    });
 }
 
 #[test]
-fn witness_measurements_from_before_a_turn_of_the_mount_support_no_yaw_after_it() {
-    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
-    let context = Context::new(&config, &factory, 1400.0);
-    let before = rows(20, 0);
-    for turns in [false, true] {
-        let mut mount = MountYaw::CALIBRATED;
-        for _ in 0..5 {
-            assert_eq!(mount.witness(0.0, 1e-7, &before, &context), Some(Witnessed::Taken));
-        }
-        if turns {
-            mount.change(&before, &context);
-        }
-        let rows = if turns { rows(20, 20) } else { before };
-        let yaw = if turns { KNOCK } else { 0.0 };
-        // One wrong measurement, then right ones.
-        let wrong = mount.witness(yaw - 0.008, 1e-7, &rows, &context);
-        assert_eq!(wrong, Some(if turns { Witnessed::Taken } else { Witnessed::Waiting }));
-        let right = [(); 3].map(|()| mount.witness(yaw, 1e-7, &rows, &context));
-        assert_eq!(right[2], Some(Witnessed::Taken), "{turns}: {right:?}");
-        let off = mount.with_rows(&rows, &context).mount() - yaw;
-        assert!(off.abs() < 1e-3, "{turns}: {off}");
+fn a_single_wrong_witness_waits_before_and_after_a_knock_and_right_ones_are_taken() {
+    for knock in [0.0, KNOCK] {
+        after(20, |mut mount, context| {
+            for _ in 0..5 {
+                assert_eq!(mount.witness(0.0, 1e-7, &rows(LENS), context), Some(Witnessed::Taken));
+            }
+            let now = rows(LENS + knock);
+            (0..20).for_each(|_| mount.add(&now, context));
+            let wrong = mount.witness(knock - 0.008, 1e-7, &now, context);
+            assert_eq!(wrong, Some(Witnessed::Waiting), "{knock}");
+            let right = [(); 3].map(|()| mount.witness(knock, 1e-7, &now, context));
+            assert_eq!(right, [Some(Witnessed::Taken); 3], "{knock}");
+            let yaw = mount.reported(&now, context);
+            let off = yaw.mount.unwrap() - knock;
+            assert!(off.abs() < 5e-4 && yaw.variance < 1e-6, "{knock}: {off} {yaw:?}");
+        });
     }
 }
 
 #[test]
 fn after_a_restart_a_confirmed_yaw_needs_three_contradictions_and_an_unconfirmed_one_does_not() {
-    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
-    let context = Context::new(&config, &factory, 1400.0);
-    let rows = rows(20, 0);
     for confirmed in [false, true] {
-        let mut mount = MountYaw::CALIBRATED;
-        if confirmed {
-            mount.witness(0.0, 1e-7, &rows, &context).unwrap();
-        }
-        let (numbers, flags) = mount.parts();
-        mount.reset();
-        mount.resume(numbers, flags).unwrap();
-        let wrong = [(); 3].map(|()| mount.witness(-0.008, 1e-7, &rows, &context).unwrap());
-        let waits = wrong.iter().filter(|found| **found == Witnessed::Waiting).count();
-        assert_eq!(waits >= 2, confirmed, "{wrong:?}");
+        after(20, |mut mount, context| {
+            if confirmed {
+                mount.witness(0.0, 1e-7, &rows(LENS), context).unwrap();
+            }
+            let (numbers, is_known) = mount.parts();
+            mount.reset();
+            mount.resume(numbers, is_known).unwrap();
+            let wrong =
+                [(); 3].map(|()| mount.witness(-0.008, 1e-7, &rows(LENS), context).unwrap());
+            let waits = wrong.iter().filter(|found| **found == Witnessed::Waiting).count();
+            assert_eq!(waits >= 2, confirmed, "{wrong:?}");
+        });
     }
 }
 
 #[test]
-fn rows_within_chance_of_the_earlier_rows_do_not_turn_the_mount() {
-    let (config, factory) = (Config::robust(), Extrinsics::SIDE_BY_SIDE);
-    let context = Context::new(&config, &factory, 1400.0);
-    let mut mount = MountYaw::CALIBRATED;
-    (1..80).for_each(|pairs| mount.note(|| Some(rows(pairs, 0)), &context));
-    let known = mount.with_rows(&rows(80, 0), &context);
-    for sign in [-1.0, 1.0] {
-        let off = RowsYaw { turn: LENS + sign * 5e-4, ..rows(80, 0) };
-        let yaw = mount.with_rows(&off, &context);
-        assert!((yaw.mount() - known.mount()).abs() < 1e-4, "{yaw:?} {known:?}");
-    }
+fn rows_that_no_lens_explains_refute_the_factory_yaw_for_good() {
+    after(0, |mut mount, context| {
+        let far = rows(0.03);
+        assert!(mount.reported(&rows(LENS), context).mount.is_some());
+        for _ in 0..3 {
+            mount.add(&far, context);
+            let yaw = mount.reported(&far, context);
+            assert!(yaw.mount.is_none() && yaw.lens == 0.0, "{yaw:?}");
+            let (numbers, is_known) = mount.parts();
+            let mut restored = MountYaw::new(true);
+            restored.resume(numbers, is_known).unwrap();
+            restored.add(&rows(0.0), context);
+            assert!(restored.reported(&rows(0.0), context).mount.is_none());
+        }
+    });
+}
+
+#[test]
+fn another_lens_correction_keeps_the_mount_and_forgets_the_lens() {
+    after(30, |mut mount, context| {
+        mount.witness(1e-3, 1e-7, &rows(LENS), context).unwrap();
+        let before = mount.reported(&rows(LENS), context);
+        mount.change_lens(context);
+        (0..5).for_each(|_| mount.add(&rows(-0.004), context));
+        let after = mount.reported(&rows(-0.004), context);
+        assert!((after.mount.unwrap() - before.mount.unwrap()).abs() < 2e-4, "{after:?}");
+        assert!((after.lens + 0.004 + after.mount.unwrap()).abs() < 2e-4, "{after:?}");
+    });
+}
+
+#[test]
+fn a_pair_that_shows_no_yaw_changes_nothing() {
+    after(20, |mut mount, context| {
+        let before = mount;
+        for bad in [f64::NAN, f64::INFINITY] {
+            mount.add(&RowsYaw { turn: bad, variance: 1e-7 }, context);
+            mount.add(&RowsYaw { turn: 0.1, variance: bad }, context);
+        }
+        assert_eq!(mount, before);
+        mount.add(&RowsYaw { turn: 0.1, variance: 1.0 }, context);
+        let [then, now] = [before, mount].map(|of| of.reported(&rows(LENS), context));
+        assert!((now.mount.unwrap() - then.mount.unwrap()).abs() < 1e-5, "{now:?}");
+    });
 }

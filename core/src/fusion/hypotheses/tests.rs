@@ -3,7 +3,6 @@
 use super::super::hypothesis::tests::{context, evaluated, evaluated_at, fused, truth};
 use super::*;
 use crate::algebra::block_variances::BlockVariances;
-use crate::depth::mount::MountYaw;
 use crate::fusion::lens_reference::LensReference;
 use crate::thresholds::{FOUND_NEAR, FOUND_NEAR_MOST, WINDOW_PAIRS};
 use nalgebra::Vector5;
@@ -40,16 +39,13 @@ fn pairs_that_the_caller_discards_cause_no_search_with_a_turned_baseline() {
 
 #[test]
 fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
-    let (context, mut reference, mut mount) = (context(), LensReference::GIVEN, MountYaw::UNKNOWN);
+    let (context, mut reference) = (context(), LensReference::GIVEN);
     let champion = fused(&pairs(0.0, 0..10), 1, &context);
     let turned = 0.1_f64.to_radians();
     for (by, expected) in [(0.0, Fused::KeptApart), (turned, Fused::TookOver)] {
         let challenger = fused(&pairs(by, 20..23), 1, &context);
         let mut both = hypotheses(Some(&champion), &challenger);
-        assert_eq!(
-            both.promote(Kept { reference: &mut reference, mount: &mut mount }, &context),
-            expected
-        );
+        assert_eq!(both.promote(&mut reference, &context), expected);
         // A challenger that agrees ends, too; the champion takes over its noise.
         assert!(both.challenger().is_none());
         let after = both.champion().unwrap();
@@ -60,19 +56,13 @@ fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
 
 #[test]
 fn a_challenger_that_is_not_certain_does_not_lock() {
-    let (context, mut reference, mut mount) = (context(), LensReference::GIVEN, MountYaw::UNKNOWN);
+    let (context, mut reference) = (context(), LensReference::GIVEN);
     let certain = fused(&pairs(0.0, 0..4), 1, &context);
     let mut alone = hypotheses(None, &certain);
-    assert_eq!(
-        alone.promote(Kept { reference: &mut reference, mount: &mut mount }, &context),
-        Fused::Added
-    );
+    assert_eq!(alone.promote(&mut reference, &context), Fused::Added);
     assert_eq!(alone.state(), State::Locked);
     let mut alone = hypotheses(None, &certain.drifting(Vector5::ith(0, 0.2)));
-    assert_eq!(
-        alone.promote(Kept { reference: &mut reference, mount: &mut mount }, &context),
-        Fused::Added
-    );
+    assert_eq!(alone.promote(&mut reference, &context), Fused::Added);
     assert_eq!(alone.state(), State::Acquiring);
 }
 
@@ -130,13 +120,13 @@ fn the_change_detector_restarts_when_a_vibration_begins_and_when_it_ceases() {
 
 #[test]
 fn ten_pairs_after_a_renewal_the_sums_hold_no_pair_from_before_the_change() {
-    let (context, mut reference, mut mount) = (context(), LensReference::GIVEN, MountYaw::UNKNOWN);
+    let (context, mut reference) = (context(), LensReference::GIVEN);
     let turned = 1e-4;
     let hypothesis = fused(&pairs(0.0, 0..80), 1, &context);
     let mut champion = Champion { hypothesis, detector: ChangeDetector::NEW };
     let changed = truth().stepped_by(&Vector5::ith(0, turned)).unwrap();
     let fused = pairs(0.0, 80..100).into_iter().chain(pairs(turned, 100..130)).map(|pair| {
-        let kept = Kept { reference: &mut reference, mount: &mut mount };
+        let kept = &mut reference;
         let fused = champion.fuse(&pair.measurement, kept, &context).unwrap();
         let off = champion.hypothesis.pose().unknowns_to(&changed).x;
         (fused, champion.hypothesis.pairs(), off)

@@ -3,6 +3,7 @@
 extern crate std;
 
 use super::*;
+use crate::Extrinsics;
 use crate::algebra::block_variances::BlockVariances;
 use crate::batch::Batch;
 use crate::batch::correspondence::RayPair;

@@ -169,3 +169,36 @@ fn mount_and_lens_survive_a_restart() {
     let yaw = off(&restored, [0.0, 0.2, 0.0]).y;
     assert!(yaw.abs() < 8e-4, "{yaw}");
 }
+
+#[test]
+fn a_yaw_that_drifts_is_followed_within_the_reported_deviation() {
+    // Degrees a pair, about the axes of the right camera: slow, fast, mixed.
+    for (rate, pairs) in
+        [([0.0, 2e-4, 0.0], 400), ([0.0, -6e-3, 0.0], 100), ([3e-3, 6e-3, -2e-3], 100)]
+    {
+        for a in [0.0, 0.003] {
+            let mut calibrator = with_baseline();
+            for pair in 0_u32..pairs {
+                let of = rate.map(|rate| rate * f64::from(pair));
+                run(&mut calibrator, of, a, u64::from(pair)..u64::from(pair) + 1);
+                let yaw = off(&calibrator, of).y.abs();
+                let limit = calibrator.details().map_or(f32::INFINITY, |details| details.yaw);
+                assert!(yaw < 2.5 * limit && yaw < 2.5e-3, "{rate:?} {a} {pair}: {yaw} {limit}");
+            }
+        }
+    }
+}
+
+#[test]
+fn quiet_pairs_load_a_rectifier_at_most_twice() {
+    for a in [0.0, 0.003, 0.009] {
+        let mut calibrator = with_baseline();
+        for pair in 0..400 {
+            take(&mut calibrator, &warped(NONE, a, pair)).unwrap();
+            if calibrator.verdict().should_apply {
+                calibrator.apply().unwrap();
+            }
+        }
+        assert!(calibrator.in_use().generation <= 2, "{a}: {}", calibrator.in_use().generation);
+    }
+}

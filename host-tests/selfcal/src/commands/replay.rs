@@ -39,7 +39,7 @@ use crate::stream::Streamed;
 /// meta.json.
 ///
 /// R and t of a data set are the reference, and the run starts from a guess. R and t of a rig file, or of --initial, are
-/// the start and a calibration, whose yaw is kept until the rig changes. meta.json may say how well the yaw of the start
+/// the start and a calibration, whose yaw is kept until the mount turns. meta.json may say how well the yaw of the start
 /// is known (factory_yaw_sd_deg; null: a guess). The first line says what the run starts from.
 ///
 /// A stream is a file of the bytes that a matcher sent (stereo_selfcal::link), as `selfcal record` writes it or a

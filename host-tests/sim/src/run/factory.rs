@@ -10,7 +10,7 @@ use rigs::data::Meta;
 pub enum Start<T: Scalar> {
     /// `R = I`, `t = (-1, 0, 0)`, a guess: the rows show the yaw.
     Guess,
-    /// Extrinsics that a calibration has measured: the estimate keeps their yaw until the rig changes.
+    /// Extrinsics that a calibration has measured: the estimate keeps their yaw until the mount turns.
     Calibration(Extrinsics<T>),
 }
 
