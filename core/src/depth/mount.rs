@@ -109,9 +109,9 @@ impl<T: Scalar> MountYaw<T> {
     pub(crate) fn add(&mut self, pair: &RowsYaw<T>, context: &Context<'_, T>) {
         let (_, var_lens) = context.yaw_variances();
         let RowsYaw { turn, variance } = *pair;
-        // The scatter of the pairs contains that of the scenes. A pair counts by its share that is new.
+        // The scatter of the pairs contains that of the scenes.
         let scene = pair.of_scene(context).variance;
-        let variance = scene.max(variance + context.vibration.rotation) / context.share;
+        let variance = scene.max(variance + context.vibration.rotation);
         if !(turn.is_finite() && variance > T::ZERO && variance.is_finite()) {
             return;
         }
