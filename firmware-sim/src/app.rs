@@ -152,13 +152,11 @@ impl<'a, SPI: SpiDevice, RDY: InputPin, const N: usize> App<'a, SPI, RDY, N> {
         let Some(outcome) = self.calibrator.advance_pair() else {
             return Event::Pass;
         };
-        match self.tracks.as_deref().filter(|tracks| !tracks.quads().is_empty()) {
-            None => self.finish(outcome, None),
-            Some(_) => {
-                self.stage = Stage::Solved(outcome);
-                Event::Pass
-            }
+        if self.tracks.as_deref().is_some_and(|tracks| !tracks.quads().is_empty()) {
+            self.stage = Stage::Solved(outcome);
+            return Event::Pass;
         }
+        self.finish(outcome, None)
     }
 
     /// Takes the next step of the tracks of the pair.

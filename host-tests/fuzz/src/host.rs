@@ -52,7 +52,9 @@ pub fn run_bags(bytes: &[u8]) {
         }
         source.read(&mut |item| {
             if let Item::Pair(frames) = item {
-                frames.iter().for_each(|frame| drop(frame.picture()));
+                for frame in &frames {
+                    drop(frame.picture());
+                }
             }
             ControlFlow::Continue(())
         })

@@ -96,11 +96,13 @@ fn peak() -> Option<u64> {
     line.split_whitespace().nth(1)?.parse::<u64>().ok().map(|kib| kib << 10)
 }
 
+/// Writes a whole bag.
+type Write<'a> = &'a dyn Fn(&Path);
+
 #[test]
 fn damaged_copies_of_bags_give_all_pairs_or_say_what_is_lost() {
     let dir = tempfile::tempdir().unwrap();
     let whole = dir.path().join("whole");
-    type Write<'a> = &'a dyn Fn(&Path);
     let ros = |compression: &'static str| {
         move |path: &Path| fs::write(path, ros1::bag(&moments(), compression)).unwrap()
     };
