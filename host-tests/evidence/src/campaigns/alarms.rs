@@ -79,7 +79,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
     vec![Campaign { chart: Some(chart), ..knocked }, campaign("rest", AT_REST, 12, rest)]
 }
 
-/// What happens to the rig.
+/// A change of the rig.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Fate {
     /// A knock after [`BEFORE`] pairs, degrees.

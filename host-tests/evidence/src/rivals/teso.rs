@@ -6,7 +6,7 @@
 //! burn-in.
 //!
 //! Filled in:
-//! - The curvature is that of Gauss and Newton, which is positive everywhere.
+//! - The curvature is taken from Gauss and Newton, and is positive everywhere.
 //! - The rate of a coordinate is `|sum g| / sum |g|` over its last ten gradients.
 //! - The burn-in takes the maximum over all its matches, from 64 times `s`, halved six times: a start some degrees off is
 //!   beyond the reach of the tracker.

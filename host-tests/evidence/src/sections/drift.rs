@@ -16,8 +16,8 @@ const SETTLED: usize = PAIRS / 2;
 pub(super) fn section(findings: &Findings<'_>) -> Section {
     let mut section = Section::new("While it drifts");
     section.text(format!(
-        "The right camera turns with every pair about an axis of each run, with 10 % outliers. The errors are \
-         those of the pairs {SETTLED} to {PAIRS}. A method that expects a constant rig lags behind; one that \
+        "The right camera turns with every pair about an axis of each run, with 10 % outliers. The pairs {SETTLED} to {PAIRS} \
+         count. A method that expects a constant rig lags behind; one that \
          forgets fast follows, and pays with its error while the rig is at rest.",
     ));
     let all: Vec<usize> = (0..findings.step_responses.len()).collect();
