@@ -46,13 +46,13 @@ def with_value(value: float) -> np.ndarray[Any, Any]:
     [
         (ValueError, r"uv_left: shape \(n, 2\) is expected, not \[200, 3\]", np.ones((200, 3)), RIGHT),
         (ValueError, r"uv_left: shape \(n, 2\) is expected, not \[400\]", LEFT.ravel(), RIGHT),
-        (ValueError, r"uv_left: shape \(n, 2\) is expected, not \[200, 1, 2\]", LEFT[:, None], RIGHT),
+        (ValueError, r"uv_left: shape \(n, 2\) is expected, not \[1, 200, 2\]", LEFT[None], RIGHT),
         (ValueError, r"uv_right: 12 rows, not 200", LEFT, RIGHT[:12]),
         (ValueError, r"uv_left: no points, shape \(0, 2\)", LEFT[:0], RIGHT[:0]),
         (ValueError, r"uv_left\[17\] = \[.*, NaN\] is not finite", with_value(np.nan), RIGHT),
         (ValueError, r"uv_right\[17\] = \[.*, inf\] is not finite", LEFT, with_value(np.inf)),
-        (TypeError, r"uv_left: .* uint8 of shape \[480, 640\]: an image\?", np.zeros((480, 640), np.uint8), RIGHT),
-        (TypeError, r"uv_left: .* uint8 of shape \[480, 640, 3\]", np.zeros((480, 640, 3), np.uint8), RIGHT),
+        (ValueError, r"uv_left: shape .*, not \[480, 640\]: an image\?", np.zeros((480, 640), np.uint8), RIGHT),
+        (ValueError, r"uv_left: shape .*, not \[480, 640, 3\]: an image\?", np.zeros((480, 640, 3), np.uint8), RIGHT),
         (ValueError, r"uv_left: shape \(n, 2\) is expected, .*an image\? `match`", np.zeros((48, 64), np.uint8), RIGHT),
         (TypeError, r"uv_left: real numbers are expected, not complex128", LEFT.astype(complex), RIGHT),
         (TypeError, r"uv_left", "points.csv", RIGHT),
@@ -189,7 +189,7 @@ def test_disparities_along_columns_are_an_exception_and_never_lock(mistake: str)
 def test_left_and_right_exchanged_is_named_and_never_replaces_the_estimate() -> None:
     calibrator = locked()
     before, named = calibrator.apply().R, 0
-    for seed in range(20):
+    for seed in range(30):
         left, right = MADE.pair(seed)
         try:
             assert calibrator.fuse(right, left).fused in (None, "kept_apart")
@@ -197,7 +197,7 @@ def test_left_and_right_exchanged_is_named_and_never_replaces_the_estimate() -> 
             assert "left and right exchanged" in str(error) and "Exchange left and right" in str(error)
             named += 1
     # Other pairs are not solved: points of negative disparity have no weight, so too few matches support a pose.
-    assert named >= 8
+    assert named >= 12
     assert calibrator.state == "lost"
     np.testing.assert_array_equal(calibrator.in_use.R, before)
 
