@@ -46,7 +46,8 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// Up to `N` correspondences as rays, and counts of the correspondences left out or refused. `N` is at most 16384.
 ///
 /// A full batch keeps correspondences spread over the left image. Within a cell of a grid of 8 x 6 it prefers the better
-/// score, and chooses pseudo-randomly among equal scores. A cell holds at most 128. The order of arrival has no influence.
+/// score, and chooses pseudo-randomly among equal scores. A cell holds at most 128. The order of arrival has no
+/// influence.
 ///
 /// RAM: 372 bytes, plus 23 bytes per correspondence in `f32`.
 ///

@@ -80,7 +80,10 @@ impl<T: Scalar> Bank<T> {
             sum += *weight;
             *yaws = yaws.with(of, yaw, variance);
         }
-        self.0.iter_mut().for_each(|(weight, _)| *weight /= sum);
+        // The member that predicts best may have had no weight. Then nothing tells the members apart.
+        let is_known = sum > T::ZERO;
+        let weight_of = |weight: T| if is_known { weight / sum } else { even() };
+        self.0.iter_mut().for_each(|(weight, _)| *weight = weight_of(*weight));
     }
 
     /// Changes the estimate of each member.

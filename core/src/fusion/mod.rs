@@ -10,8 +10,8 @@
 //! - [`association`], [`association_result`]: the hypothesis that a pair supports. [`hypotheses`]: champion,
 //!   challenger.
 //! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and their optimum with the prior.
-//! - [`change_detector`]: steps and drifts below the noise of a pair. [`key_frame`]: motion of the scene since the last pair
-//!   that was added.
+//! - [`change_detector`]: steps and drifts below the noise of a pair. [`key_frame`]: motion of the scene since the last
+//!   pair that was added.
 //! - [`reported`]: reported estimate, and its part that is applied.
 //! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: vibrating rigs.
 //! - [`lens`], [`lens_reference`], [`lens_change`]: errors of the lens models, and their compensation.

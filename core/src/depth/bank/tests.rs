@@ -1,3 +1,5 @@
+//! Tests of the bank of filters.
+
 use super::*;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -123,4 +125,17 @@ fn a_witness_tells_the_lens_in_all_members() {
     let Bank(members) = bank;
     assert!(members.iter().all(|(_, yaws)| (yaws.mount() - 0.001).abs() < 2e-5), "{members:?}");
     assert!((bank.estimate().lens() - 0.004).abs() < 2e-4, "{:?}", bank.estimate());
+}
+
+#[test]
+fn weights_stay_finite_when_measurements_of_the_mount_contradict_each_other() {
+    let prior = YawEstimate::of_mount(0.0, f32::lit(FACTORY * FACTORY), f32::lit(LENS * LENS));
+    let mut bank = Bank::at_rest(prior);
+    // The members differ after a knock.
+    (0..5).for_each(|pair| bank.add_rows(if pair < 3 { 0.0 } else { 0.02 }, 1e-8));
+    for yaw in [0.0, 0.02, -0.02, 0.3, -0.3, 0.0] {
+        bank.add(Measured::Mount, yaw, 1e-10);
+        let found = bank.estimate();
+        assert!(found.numbers().iter().all(|x| x.is_finite()), "{yaw}: {found:?}");
+    }
 }

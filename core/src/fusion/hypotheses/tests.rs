@@ -126,8 +126,7 @@ fn ten_pairs_after_a_renewal_the_sums_hold_no_pair_from_before_the_change() {
     let mut champion = Champion { hypothesis, detector: ChangeDetector::NEW };
     let changed = truth().stepped_by(&Vector5::ith(0, turned)).unwrap();
     let fused = pairs(0.0, 80..100).into_iter().chain(pairs(turned, 100..130)).map(|pair| {
-        let kept = &mut reference;
-        let fused = champion.fuse(&pair.measurement, kept, &context).unwrap();
+        let fused = champion.fuse(&pair.measurement, &mut reference, &context).unwrap();
         let off = champion.hypothesis.pose().unknowns_to(&changed).x;
         (fused, champion.hypothesis.pairs(), off)
     });
