@@ -8,26 +8,18 @@
 
 mod sums;
 
-use nalgebra::{Rotation3, Vector3};
-
 use crate::batch::correspondence::RayPair;
 use crate::error::MotionError;
-use crate::geometry::extrinsics::Extrinsics;
-use crate::geometry::so3;
 use crate::scalar::Scalar;
 use crate::thresholds::{MOTION_SCALE, MOTION_SETTLED, MOTION_STEPS};
-use sums::{COLUMNS, Sums, UNKNOWNS};
+use sums::{COLUMNS, Motion, Sums, UNKNOWNS};
 
 pub(crate) use sums::Views;
 
-/// Motion of the rig between two pairs and turn of the mount from the pose, between two steps of their fit.
+/// A motion between two steps of its fit.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct MotionFit<T: Scalar> {
-    rotation: Rotation3<T>,
-    /// Translation in baselines.
-    translation: [T; 3],
-    /// Turn of the mount, rad.
-    turn: T,
+    motion: Motion<T>,
     /// Scale of the loss in units of [`MOTION_SCALE`].
     scale: T,
     /// Number of steps taken.
@@ -45,13 +37,7 @@ pub(crate) struct TurnByMotion<T> {
 
 impl<T: Scalar> MotionFit<T> {
     /// No motion, before the first step.
-    pub(crate) const START: Self = Self {
-        rotation: *Extrinsics::SIDE_BY_SIDE.rotation(),
-        translation: [T::ZERO; 3],
-        turn: T::ZERO,
-        scale: T::ONE,
-        steps: 0,
-    };
+    pub(crate) const START: Self = Self { motion: Motion::NONE, scale: T::ONE, steps: 0 };
 
     /// Takes one step, with one pass over the tracked matches. Returns the turn of the mount that they show once the
     /// fit has settled, and after [`MOTION_STEPS`] steps; `None` if further steps are needed.
@@ -67,31 +53,20 @@ impl<T: Scalar> MotionFit<T> {
         tracked: &[[RayPair<T>; 2]],
     ) -> Result<Option<TurnByMotion<T>>, MotionError> {
         let scale = (self.scale * T::lit(MOTION_SCALE)).max(T::ONE);
-        let mut sums = Sums::over(self, views, tracked, scale).ok_or(MotionError::NoMotion)?;
+        let mut sums =
+            Sums::over(&self.motion, views, tracked, scale).ok_or(MotionError::NoMotion)?;
         let found = solution(&mut sums.rows).ok_or(MotionError::NoMotion)?;
-        self.take(&found.step).ok_or(MotionError::NoMotion)?;
+        self.motion.take(&found.step).ok_or(MotionError::NoMotion)?;
+        self.scale *= T::HALF;
+        self.steps = self.steps.saturating_add(1);
         let is_settled = scale <= T::ONE && found.fall <= T::lit(MOTION_SETTLED);
         if !is_settled && usize::from(self.steps) < MOTION_STEPS {
             return Ok(None);
         }
         let scatter = sums.scatter().ok_or(MotionError::NoMotion)?;
-        let turn = TurnByMotion { turn: self.turn, variance: scatter / found.information };
+        let turn = TurnByMotion { turn: self.motion.turn, variance: scatter / found.information };
         let is_valid = turn.turn.is_finite() && turn.variance > T::ZERO;
         is_valid.then_some(Some(turn)).ok_or(MotionError::NoMotion)
-    }
-
-    /// Moves by a step; `None` if the rotation is not finite.
-    fn take(&mut self, step: &[T; UNKNOWNS]) -> Option<()> {
-        let [a, b, c, x, y, z, turn] = *step;
-        let turned = so3::exp(&Vector3::new(a, b, c))?;
-        let rotation = so3::product(turned.matrix(), self.rotation.matrix());
-        self.rotation = Rotation3::from_matrix_unchecked(rotation);
-        let [t_x, t_y, t_z] = self.translation;
-        self.translation = [t_x + x, t_y + y, t_z + z];
-        self.turn += turn;
-        self.scale *= T::HALF;
-        self.steps = self.steps.saturating_add(1);
-        Some(())
     }
 }
 
@@ -140,6 +115,8 @@ mod tests {
     use super::*;
     use crate::geometry::lens_correction::LensCorrection;
     use crate::geometry::rectification::RectifyingRotations;
+    use crate::geometry::so3;
+    use nalgebra::Vector3;
     use rand::{RngExt, SeedableRng};
     use rand_chacha::ChaCha8Rng;
     extern crate std;

@@ -1,4 +1,4 @@
-//! Equations of one tracked match, and their sums over all matches.
+//! A motion, the equations of one tracked match at it, and their sums over all matches.
 //!
 //! A match gives three equations in `(u, v, d)`: column, row and disparity in the second pair. The derivative of
 //! `(u, v, d)` by a point `w` in the frame of the second pair is `Q w / z`, where `Q` has the rows `(1, 0, -u)`,
@@ -8,8 +8,8 @@
 
 use nalgebra::{Rotation3, Vector3};
 
-use super::MotionFit;
 use crate::batch::correspondence::RayPair;
+use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::RayChange;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3;
@@ -22,6 +22,36 @@ use crate::thresholds::{
 pub(super) const UNKNOWNS: usize = 7;
 /// Number of columns of an equation: its unknowns, then its residual.
 pub(super) const COLUMNS: usize = UNKNOWNS + 1;
+
+/// Motion of the rig between two pairs, and turn of the mount from the pose.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Motion<T: Scalar> {
+    rotation: Rotation3<T>,
+    /// Translation in baselines.
+    translation: [T; 3],
+    /// Turn of the mount, rad.
+    pub(super) turn: T,
+}
+
+impl<T: Scalar> Motion<T> {
+    pub(super) const NONE: Self = Self {
+        rotation: *Extrinsics::SIDE_BY_SIDE.rotation(),
+        translation: [T::ZERO; 3],
+        turn: T::ZERO,
+    };
+
+    /// Moves by a step; `None` if the rotation is not finite.
+    pub(super) fn take(&mut self, step: &[T; UNKNOWNS]) -> Option<()> {
+        let [a, b, c, x, y, z, turn] = *step;
+        let turned = so3::exp(&Vector3::new(a, b, c))?;
+        let rotation = so3::product(turned.matrix(), self.rotation.matrix());
+        self.rotation = Rotation3::from_matrix_unchecked(rotation);
+        let [t_x, t_y, t_z] = self.translation;
+        self.translation = [t_x + x, t_y + y, t_z + z];
+        self.turn += turn;
+        Some(())
+    }
+}
 
 /// Pose of the rectified frame, change of right rays to the cameras that the pose belongs to, and standard deviation of
 /// a coordinate at unit depth.
@@ -86,7 +116,7 @@ impl<T: Scalar> Equations<T> {
     /// Returns the equations; `None` if the point is behind the left camera of the second pair, or behind infinity by
     /// more than [`BEHIND_INFINITY`] times the noise.
     #[inline(always)]
-    fn of(motion: &MotionFit<T>, one: &View<T>, two: &View<T>, noise: T) -> Option<Self> {
+    fn of(motion: &Motion<T>, one: &View<T>, two: &View<T>, noise: T) -> Option<Self> {
         let depth = one.disparity;
         let [x, y, z] = turned(&motion.rotation, one.ray);
         let [t_x, t_y, t_z] = motion.translation;
@@ -139,7 +169,7 @@ impl<T: Scalar> Sums<T> {
     /// * `scale`: scale of the loss, in standard deviations.
     #[inline(never)]
     pub(super) fn over(
-        motion: &MotionFit<T>,
+        motion: &Motion<T>,
         views: &Views<'_, T>,
         tracked: &[[RayPair<T>; 2]],
         scale: T,
@@ -331,65 +361,4 @@ impl<T: Scalar> Symmetric3<T> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::extrinsics::Extrinsics;
-    use crate::geometry::lens_correction::LensCorrection;
-    use nalgebra::{Matrix3, SMatrix};
-
-    #[test]
-    fn inverse_matches_the_full_matrix_and_is_refused_without_one() {
-        let [xx, xy, xz, yy, yz, zz] = [1.3, 0.2, 0.9, 1.1, -0.1, 2.4];
-        let c = Symmetric3 { xx, xy, xz, yy, yz, zz };
-        let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let full = |c: &Symmetric3<f64>| Matrix3::from(columns.map(|axis| c.times(axis)));
-        let product = full(&c) * full(&c.inverse(0.25).unwrap()) * 4.0;
-        assert!((product - Matrix3::identity()).norm() < 1e-12, "{product}");
-        assert!(c.scaled(-1.0).inverse(1.0).is_none());
-        assert!(c.scaled(f64::NAN).inverse(1.0).is_none());
-    }
-
-    #[test]
-    fn sums_of_a_match_equal_central_differences() {
-        let r = so3::exp(&Vector3::new(0.02, -0.05, 0.03)).unwrap();
-        let t = Vector3::new(-1.0, 0.05, 0.02).normalize();
-        let pose = &RectifyingRotations::from(&Extrinsics::try_new(r.matrix(), &t).unwrap());
-        let change = LensCorrection::NONE.change_to(&LensCorrection { focal: 0.002, k1: 0.01 });
-        let views = Views { pose, change, noise: 3e-4 };
-        let pair = |left, right| RayPair::try_new(left, right).unwrap();
-        let both = [pair([0.4, -0.3], [0.26, -0.29]), pair([0.45, -0.35], [0.25, -0.33])];
-        let mut motion = MotionFit::START;
-        motion.take(&[0.01, -0.02, 0.03, 0.4, 0.1, -1.5, 0.005]).unwrap();
-        let equations = |motion: &MotionFit<f64>| {
-            let left = views.left_after(motion.turn).unwrap();
-            let [one, two] = both.each_ref().map(|pair| views.of(&left, pair).unwrap());
-            Equations::of(motion, &one, &two, views.noise).unwrap()
-        };
-        let mut by = [[0.0; 3]; UNKNOWNS];
-        for (i, by) in by.iter_mut().enumerate() {
-            let moved = |by: f64| {
-                let (mut step, mut motion) = ([0.0; UNKNOWNS], motion);
-                step[i] = by;
-                motion.take(&step).unwrap();
-                equations(&motion).off
-            };
-            *by = difference(moved(-1e-5), moved(1e-5)).map(|x| x / 2e-5);
-        }
-        let by = SMatrix::<f64, 3, UNKNOWNS>::from(by);
-        let of = equations(&motion);
-        let inverse = of.covariance.inverse(1.0).unwrap();
-        let axes = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-        let weights = Matrix3::from(axes.map(|axis| inverse.times(axis)));
-        let (normal, right) =
-            (by.transpose() * weights * by, by.transpose() * weights * Vector3::from(of.off));
-        let zeros = [[0.0; COLUMNS]; UNKNOWNS];
-        let mut sums = Sums { rows: zeros, inliers: [0; 2], squared: 0.0 };
-        sums.add(&of, 1.0, 0.0);
-        for (i, row) in sums.rows.iter().enumerate() {
-            for j in i..UNKNOWNS {
-                assert!((row[j] - normal[(i, j)]).abs() < 1e-7, "{i} {j} {row:?} {normal}");
-            }
-            assert!((row[UNKNOWNS] - right[i]).abs() < 1e-7, "{i} {row:?} {right}");
-        }
-    }
-}
+mod tests;
