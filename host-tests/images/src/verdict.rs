@@ -12,7 +12,7 @@ use crate::moments;
 use crate::session::Session;
 
 /// RMS row offset from which on a matcher that searches along rows misses, px; the same limit as the core's default for
-/// `Recommendation::rows_px`.
+/// `Verdict::rows_px`.
 const BAD_PX: f64 = 1.0;
 
 /// The estimate improves the rows if its RMS row offset is below this share of the RMS row offset in use.
