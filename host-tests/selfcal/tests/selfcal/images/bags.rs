@@ -5,7 +5,6 @@ use std::io::Cursor;
 use std::path::Path;
 
 use image::{GrayImage, ImageFormat};
-use mcap::WriteOptions;
 
 use crate::call::check;
 use crate::images::mcap_bag::{Bag, Cdr, info, raw_image};
@@ -25,7 +24,7 @@ fn compressed(image: &GrayImage, at: (u32, u32)) -> Vec<u8> {
 /// A bag of five moments: left raw, right compressed and 2 ms late, one right image lost.
 fn bag(path: &Path) {
     // A chunk is read whole or not at all, so the chunks are small: a cut then leaves some.
-    let mut bag = Bag::create(path, WriteOptions::new().chunk_size(Some(1 << 16)));
+    let mut bag = Bag::create(path, 1 << 16, "lz4");
     let left = bag.topic("/stereo/left/image_raw", "Image");
     let right = bag.topic("/stereo/right/image_raw/compressed", "CompressedImage");
     bag.calibration(&info("/stereo/left/camera_info", false));
@@ -38,7 +37,7 @@ fn bag(path: &Path) {
             bag.write(right, i, &compressed(r, (100 + i, 2_000_000)));
         }
     }
-    bag.0.finish().unwrap();
+    bag.finish();
 }
 
 #[test]
@@ -65,7 +64,7 @@ fn a_bag_gives_its_pairs_and_its_rig_and_a_cut_bag_its_whole_pairs() {
 
 /// Writes the messages of the moments of a range into a bag.
 fn part(path: &Path, pairs: &[[GrayImage; 2]], first: u32) {
-    let mut bag = Bag::create(path, WriteOptions::new());
+    let mut bag = Bag::create(path, 1 << 20, "zstd");
     let topics = ["left", "right"].map(|side| {
         bag.calibration(&info(&format!("/stereo/{side}/camera_info"), side == "right"));
         bag.topic(&format!("/stereo/{side}/image_raw"), "Image")
@@ -76,7 +75,7 @@ fn part(path: &Path, pairs: &[[GrayImage; 2]], first: u32) {
             bag.write(*topic, i, &raw_image(image, (100 + i, 0), "mono8", pixels));
         }
     }
-    bag.0.finish().unwrap();
+    bag.finish();
 }
 
 /// `metadata.yaml` of a folder, with parts that are named as early versions name them.

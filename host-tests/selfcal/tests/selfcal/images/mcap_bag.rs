@@ -1,13 +1,10 @@
-//! Writer of MCAP files with images and their calibrations.
+//! Writer of MCAP files (<https://mcap.dev/spec>) with images and their calibrations.
 
-use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufWriter;
-use std::path::Path;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
 use image::GrayImage;
-use mcap::records::MessageHeader;
-use mcap::{WriteOptions, Writer};
 
 use crate::images::scene::{SIZE, camera_info};
 
@@ -113,25 +110,79 @@ pub(crate) fn raw_image(
     cdr.0
 }
 
+const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
 /// A bag that is written.
-pub(crate) struct Bag(pub(crate) Writer<BufWriter<File>>);
+pub(crate) struct Bag {
+    path: PathBuf,
+    bytes: Vec<u8>,
+    /// Records of the chunk that is filled.
+    chunk: Vec<u8>,
+    /// A chunk ends when it has as many bytes.
+    chunk_bytes: usize,
+    /// `lz4`, `zstd`, or nothing.
+    compression: &'static str,
+    topics: u16,
+    messages: u64,
+}
 
 impl Bag {
-    pub(crate) fn create(path: &Path, options: WriteOptions) -> Self {
-        Self(options.create(BufWriter::new(File::create(path).unwrap())).unwrap())
+    pub(crate) fn create(path: &Path, chunk_bytes: usize, compression: &'static str) -> Self {
+        let mut bytes = MAGIC.to_vec();
+        record(&mut bytes, 0x01, &[text("ros2"), text("test")]);
+        let (path, chunk) = (path.to_owned(), Vec::new());
+        Self { path, bytes, chunk, chunk_bytes, compression, topics: 0, messages: 0 }
     }
 
     /// Adds a topic of `sensor_msgs`, and returns its number.
     pub(crate) fn topic(&mut self, name: &str, kind: &str) -> u16 {
-        let schema = format!("sensor_msgs/msg/{kind}");
-        let schema = self.0.add_schema(&schema, "ros2msg", b"").unwrap();
-        self.0.add_channel(schema, name, "cdr", &BTreeMap::new()).unwrap()
+        self.topics += 1;
+        let (id, kind) = (self.topics.to_le_bytes().to_vec(), format!("sensor_msgs/msg/{kind}"));
+        let no_data = 0_u32.to_le_bytes().to_vec();
+        let schema = [id.clone(), text(&kind), text("ros2msg"), no_data.clone()];
+        record(&mut self.chunk, 0x03, &schema);
+        record(&mut self.chunk, 0x04, &[id.clone(), id, text(name), text("cdr"), no_data]);
+        self.topics
     }
 
-    pub(crate) fn write(&mut self, channel_id: u16, sequence: u32, data: &[u8]) {
-        let time = u64::from(sequence);
-        let header = MessageHeader { channel_id, sequence, log_time: time, publish_time: time };
-        self.0.write_to_known_channel(&header, data).unwrap();
+    pub(crate) fn write(&mut self, topic: u16, sequence: u32, data: &[u8]) {
+        let time = u64::from(sequence).to_le_bytes().to_vec();
+        let head = [topic.to_le_bytes().to_vec(), sequence.to_le_bytes().to_vec()];
+        record(&mut self.chunk, 0x05, &[head.concat(), time.repeat(2), data.to_vec()]);
+        self.messages += 1;
+        if self.chunk.len() >= self.chunk_bytes {
+            self.end_chunk();
+        }
+    }
+
+    fn end_chunk(&mut self) {
+        let records = std::mem::take(&mut self.chunk);
+        let packed = match self.compression {
+            "lz4" => {
+                let mut packed = lz4_flex::frame::FrameEncoder::new(Vec::new());
+                packed.write_all(&records).unwrap();
+                packed.finish().unwrap()
+            }
+            "zstd" => zstd::encode_all(&records[..], 1).unwrap(),
+            _ => records.clone(),
+        };
+        let times = vec![0; 16];
+        let length = (records.len() as u64).to_le_bytes().to_vec();
+        let sum = crc32fast::hash(&records).to_le_bytes().to_vec();
+        let stored = (packed.len() as u64).to_le_bytes().to_vec();
+        let body = [times, length, sum, text(self.compression), stored, packed];
+        record(&mut self.bytes, 0x06, &body);
+    }
+
+    pub(crate) fn finish(mut self) {
+        self.end_chunk();
+        // Numbers of schemas, channels, attachments, metadata and chunks, first and last time, messages of each channel.
+        let counts = [self.messages.to_le_bytes().to_vec(), vec![0; 2 + 4 + 4 + 4 + 4 + 8 + 8 + 4]];
+        record(&mut self.bytes, 0x0b, &counts);
+        record(&mut self.bytes, 0x0f, &[vec![0; 4]]);
+        record(&mut self.bytes, 0x02, &[vec![0; 8 + 8 + 4]]);
+        self.bytes.extend(MAGIC);
+        fs::write(self.path, self.bytes).unwrap();
     }
 
     /// Adds a topic with one `camera_info`.
@@ -139,4 +190,17 @@ impl Bag {
         let id = self.topic(&info.topic, "CameraInfo");
         self.write(id, 0, &info.message());
     }
+}
+
+/// Adds a record: operation code, length, body.
+fn record(to: &mut Vec<u8>, code: u8, body: &[Vec<u8>]) {
+    let body = body.concat();
+    to.push(code);
+    to.extend((body.len() as u64).to_le_bytes());
+    to.extend(body);
+}
+
+/// A text after its length.
+fn text(text: &str) -> Vec<u8> {
+    [&u32::try_from(text.len()).unwrap().to_le_bytes(), text.as_bytes()].concat()
 }

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use image::GrayImage;
-use mcap::WriteOptions;
 
 use crate::call::check;
 use crate::images::mcap_bag::{Bag, Info, info, raw_image};
@@ -61,7 +60,7 @@ fn encoded(image: &GrayImage, encoding: &str) -> (Vec<u8>, u32) {
 
 /// A bag of some moments.
 fn bag(path: &Path, all: &[Images<'_>], infos: &[Info], moments: usize) {
-    let mut bag = Bag::create(path, WriteOptions::new());
+    let mut bag = Bag::create(path, 1 << 20, "zstd");
     let topics: Vec<u16> = all.iter().map(|images| bag.topic(images.topic, "Image")).collect();
     for info in infos {
         bag.calibration(info);
@@ -74,7 +73,7 @@ fn bag(path: &Path, all: &[Images<'_>], infos: &[Info], moments: usize) {
             bag.write(*id, i, &raw_image(image, at, images.encoding, pixels));
         }
     }
-    bag.0.finish().unwrap();
+    bag.finish();
 }
 
 struct Made {
