@@ -30,7 +30,7 @@ pub(crate) fn bound(committed: &Table, measured: &Table, allowed: bool) -> Resul
 
 /// Figures beyond the bound, missing or new, in the order of the tables.
 ///
-/// * `committed`: the rows of the measured boards.
+/// * `committed`: the rows of the measured builds.
 pub(crate) fn changes(committed: &[Row], measured: &[Row], percent: u64) -> Vec<String> {
     let find = |rows: &[Row], row: &Row| {
         rows.iter().find(|other| other.key == row.key).map(|other| other.value)

@@ -36,7 +36,7 @@ use table::{Row, Table};
     after_help = "Examples:
   cargo controller-cost                 the table
   cargo controller-cost --check         fail where a figure has moved
-  cargo controller-cost --check --board m4f    the same for one board, in half the time
+  cargo controller-cost --check --board m4f --opt 3    the same for one build, in a quarter of the time
   cargo controller-cost --update        write the table and the documents
   cargo controller-cost --repeat 5      prove that the counts repeat
 
@@ -56,6 +56,10 @@ struct Args {
     /// Measure only this board [default: all].
     #[arg(long, value_parser = Board::parser(), conflicts_with = "update")]
     board: Option<&'static Board>,
+
+    /// Measure only this opt-level [default: all].
+    #[arg(long, value_parser = measurement::opts(), conflicts_with = "update")]
+    opt: Option<String>,
 
     /// Write the committed table, and its figures into the documents.
     #[arg(long)]
@@ -85,13 +89,13 @@ fn run(args: &Args) -> Result<()> {
     // Read first, so that a damaged table is an error before minutes of builds.
     let committed = args.check.then(|| Table::read(&table_file())).transpose()?;
     let boards = args.board.map_or_else(|| BOARDS.iter().collect(), |board| vec![board]);
-    let table = measurement::measure(&boards, args.repeat)?;
+    let table = measurement::measure(&boards, args.opt.as_deref(), args.repeat)?;
     print(&table);
     if args.update {
         fs::write(table_file(), table.text())?;
         documents::write(&emulator::root(), &table)?;
     }
-    committed.map_or(Ok(()), |committed| check(&committed, &table, &boards, args.other_compiler))
+    committed.map_or(Ok(()), |committed| check(&committed, &table, args))
 }
 
 fn print(table: &Table) {
@@ -103,15 +107,14 @@ fn print(table: &Table) {
     }
 }
 
-fn check(
-    committed: &Table,
-    measured: &Table,
-    boards: &[&'static Board],
-    other_compiler: bool,
-) -> Result<()> {
-    let percent = compare::bound(committed, measured, other_compiler)?;
+fn check(committed: &Table, measured: &Table, args: &Args) -> Result<()> {
+    let percent = compare::bound(committed, measured, args.other_compiler)?;
     println!("\nchecked against the table of rustc {}, bound {percent} %", committed.compiler);
-    let is_measured = |row: &&Row| boards.iter().any(|board| board.name == row.key[0]);
+    let is_measured = |row: &&Row| {
+        let [board, _, opt, _] = &row.key;
+        args.board.is_none_or(|only| only.name == board)
+            && args.opt.as_ref().is_none_or(|only| only == opt)
+    };
     let rows: Vec<_> = committed.rows.iter().filter(is_measured).cloned().collect();
     let changes = compare::changes(&rows, &measured.rows, percent);
     for change in &changes {

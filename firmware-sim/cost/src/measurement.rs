@@ -7,12 +7,18 @@ use std::thread::{self, ScopedJoinHandle};
 use std::time::Duration;
 
 use anyhow::{Context, Result, anyhow, ensure};
+use clap::builder::PossibleValuesParser;
 use emulator::Board;
 
 use crate::table::{Row, Table};
 
 /// Cargo profiles of the workspace, and their `opt-level`.
 const PROFILES: [(&str, &str); 2] = [("controller", "3"), ("controller-size", "s")];
+
+/// Parses the `opt-level` of a profile.
+pub(crate) fn opts() -> PossibleValuesParser {
+    PROFILES.map(|(_, opt)| opt).into()
+}
 
 /// Programs that give the size of the core, on the first board only.
 const SIZES: [&str; 3] = ["bare", "facade", "facade-store"];
@@ -30,11 +36,17 @@ struct Variant {
 
 /// Measures every variant of some boards.
 ///
+/// * `opt`: the only `opt-level` to measure; `None` for all.
 /// * `repeat`: runs of each program, which must all print the same.
-pub(crate) fn measure(boards: &[&'static Board], repeat: u16) -> Result<Table> {
+pub(crate) fn measure(
+    boards: &[&'static Board],
+    opt: Option<&str>,
+    repeat: u16,
+) -> Result<Table> {
     let variants = boards
         .iter()
-        .flat_map(|&board| PROFILES.map(|(profile, opt)| Variant { board, profile, opt }));
+        .flat_map(|&board| PROFILES.map(|(profile, opt)| Variant { board, profile, opt }))
+        .filter(|variant| opt.is_none_or(|opt| variant.opt == opt));
     // A thread per variant: a link and an emulator take one core each.
     let all = thread::scope(|scope| {
         let threads: Vec<_> =

@@ -9,6 +9,7 @@ fn invalid_options_are_refused() {
         (&["--repeat", "0"], "--repeat"),
         (&["--other-compiler"], "--check"),
         (&["--board", "m5"], "m4f, m7"),
+        (&["--opt", "2"], "3, s"),
     ] {
         let said = Program::new(env!("CARGO_BIN_EXE_cost"), arguments).failure(2);
         assert!(said.contains(named), "{said}");

@@ -34,11 +34,11 @@ estimate is printed with the reason why it is not applied.
 Exit status: 0 if there is an estimate at the end, 1 otherwise.
 
 Examples:
-  cargo run --release
-  cargo run --release -- opencv_chess_corners
-  cargo run --release -- path/to/my_recording --plot my_recording.svg
-  cargo run --release -- flight
-  cargo run --release -- pil motorcycle_sift"
+  cargo run
+  cargo run -- opencv_chess_corners
+  cargo run -- path/to/my_recording --plot my_recording.svg
+  cargo run -- flight
+  cargo run -- pil motorcycle_sift"
 )]
 pub(super) struct Cli {
     #[command(subcommand)]
@@ -155,8 +155,8 @@ pub(super) struct FlightArgs {
 Exit status: 0 if every pair is bit-identical, 1 otherwise.
 
 Examples:
-  cargo run --release -- pil
-  cargo run --release -- pil path/to/my_recording --board m7"
+  cargo run -- pil
+  cargo run -- pil path/to/my_recording --board m7"
 )]
 pub(super) struct PilArgs {
     /// Folder of a data set, or the name of a data set of the project.

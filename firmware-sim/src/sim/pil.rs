@@ -43,7 +43,8 @@ fn build(args: &PilArgs, set: &Dataset, recorded: &Recorded) -> Result<PathBuf> 
     let folder = emulator::root().join("target/firmware-sim/recordings").join(&set.name);
     recorded.write(&folder)?;
     let mut programs: HashMap<_, _> = emulator::build(args.board, |cargo| {
-        cargo.args(["-p", "firmware-sim", "--bin", PROGRAM, "--features", "controller"]);
+        cargo.args(["--profile", "controller", "-p", "firmware-sim", "--features", "controller"]);
+        cargo.args(["--bin", PROGRAM]);
         cargo.env("RECORDING", folder)
     })?;
     programs.remove(PROGRAM).context("cargo has built no image")
