@@ -4,7 +4,7 @@ use core::fmt;
 
 use nalgebra::Matrix3;
 
-use super::Calibrator;
+use super::{Calibrator, context};
 use crate::batch::correspondence::Cameras;
 use crate::error::{ApplyError, RectifyError};
 use crate::fusion::lens_reference::LensReference;
@@ -77,16 +77,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub(super) fn correct_lens(&mut self) -> bool {
         let Some((reference, corrected)) = self.next_lens() else { return false };
         self.corrected = corrected;
-        let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.begin_again(&reference, &context);
+        let context = context(&self.config, &self.factory, &self.fusion);
+        self.fusion.begin_again(&reference, &context);
         self.batch.clear();
         true
     }
 
     /// Returns the corrected lens to begin again with, and the cameras that belong to it.
     fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
-        let context = self.estimator.context(&self.config, &self.factory);
-        let reference = self.estimator.next_reference(&context)?;
+        let context = context(&self.config, &self.factory, &self.fusion);
+        let reference = self.fusion.next_reference(&context)?;
         let corrected = self.factory.cameras.corrected(reference.correction()).ok()?;
         Some((reference, corrected))
     }

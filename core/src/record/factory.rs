@@ -101,7 +101,7 @@ impl<T: Scalar> FactoryCalibration<T> {
         Self::new(cameras, Extrinsics::SIDE_BY_SIDE).without_yaw()
     }
 
-    /// Sets the standard deviation of the yaw of `R`, rad. Robust preset only.
+    /// Sets the standard deviation of the yaw of `R`, rad.
     ///
     /// Rows do not separate this yaw from the apparent yaw of the lens, so depth relies on the factory yaw until the
     /// rig changes or a witness measures the yaw. A larger value lets the rows change the yaw more; a smaller one keeps

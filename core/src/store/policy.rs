@@ -2,7 +2,7 @@
 
 use core::time::Duration;
 
-use crate::calibrator::Calibrator;
+use crate::calibrator::{Calibrator, context};
 use crate::fusion::prior::Place;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -158,8 +158,8 @@ impl<T: Scalar> SavePolicy<T> {
 /// Returns the place of the estimate that a record keeps; `None` without such an estimate.
 #[inline(never)]
 fn place<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Place<T>> {
-    let estimator = &calibrator.estimator;
-    estimator.place(&estimator.context(&calibrator.config, &calibrator.factory))
+    let Calibrator { config, factory, fusion, .. } = calibrator;
+    fusion.place(&context(config, factory, fusion))
 }
 
 /// Converts a time to milliseconds. The operators of [`Duration`] would compile to a reachable panic.
