@@ -4,16 +4,18 @@
 //! compares the two, and [`Calibrator::apply`] puts the estimate into use.
 
 mod calibration;
+pub(crate) mod record;
 mod step;
 mod witness;
 
 pub use calibration::Calibration;
 
-use crate::batch::correspondence::{Cameras, Correspondence};
+use crate::batch::correspondence::Correspondence;
 use crate::batch::{Batch, Pushed};
 use crate::config::{Config, Context};
 use crate::error::{ApplyError, PushError, Rejection};
 use crate::fusion::Fusion;
+use crate::geometry::cameras::Cameras;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::cause::Causes;
 use crate::outcome::details::Details;
@@ -70,21 +72,21 @@ use step::Step;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Calibrator<T: Scalar, const N: usize> {
-    pub(crate) config: Config,
+    config: Config,
     pub(crate) factory: FactoryCalibration<T>,
     /// Cameras that the rays of the batch belong to.
     pub(crate) corrected: Cameras<T>,
-    pub(crate) in_use: CorrectedExtrinsics<T>,
+    in_use: CorrectedExtrinsics<T>,
     /// Calibration that the last change replaced, for [`Calibrator::undo`].
-    pub(crate) before: Option<CorrectedExtrinsics<T>>,
+    before: Option<CorrectedExtrinsics<T>>,
     pub(crate) generation: u32,
-    pub(crate) frozen: bool,
+    frozen: bool,
     /// Progress of the pair in the batch.
     step: Step,
     /// Mistakes in rig file or matcher that pairs have shown since the last lock.
     causes: Causes,
     /// Evidence of depth in pairs whose matches all have the same motion between the images.
-    pub(crate) relief: Relief<T>,
+    relief: Relief<T>,
     /// Numbers of range readings and of motions that contradicted the yaw since the last reset. The record does not
     /// contain them.
     contradicting: [u16; 2],
@@ -95,7 +97,7 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     /// that it depends on has changed.
     next: Option<CorrectedExtrinsics<T>>,
     pub(crate) batch: Batch<T, N>,
-    pub(crate) fusion: Fusion<T>,
+    fusion: Fusion<T>,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
@@ -298,7 +300,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 /// Returns the context of a call: configuration, rig and vibration. A function of its own, so that a caller can change the
 /// fusion while it holds the context.
 #[inline(never)]
-pub(crate) fn context<'a, T: Scalar>(
+fn context<'a, T: Scalar>(
     config: &'a Config,
     factory: &'a FactoryCalibration<T>,
     fusion: &Fusion<T>,

@@ -1,13 +1,12 @@
 //! Parameters of the calibrator, and the effects of larger and smaller values.
 
 mod context;
-mod lens_prior;
 mod lens_tracking;
 
 pub(crate) use context::Context;
-pub use lens_prior::LensPrior;
 pub use lens_tracking::LensTracking;
 
+use crate::algebra::lens_prior::LensPrior;
 use crate::error::ConfigError;
 use crate::scalar::Scalar;
 

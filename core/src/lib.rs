@@ -177,13 +177,15 @@ mod pages {}
 
 pub use nalgebra;
 
-pub use batch::correspondence::{Cameras, Correspondence};
+pub use algebra::lens_prior::LensPrior;
+pub use batch::correspondence::Correspondence;
 #[doc(hidden)]
 pub use calibrator::has_valid_lengths;
 pub use calibrator::{Calibration, Calibrator};
-pub use config::{Config, LensPrior, LensTracking};
+pub use config::{Config, LensTracking};
 pub use error::{ApplyError, ConfigError, PushError, Rejection, RestoreError};
 pub use geometry::camera::{Camera, Intrinsics};
+pub use geometry::cameras::Cameras;
 pub use geometry::extrinsics::Extrinsics;
 pub use geometry::lens::Lens;
 pub use outcome::cause::Cause;

@@ -5,9 +5,9 @@ use core::fmt;
 use nalgebra::Matrix3;
 
 use super::{Calibrator, context};
-use crate::batch::correspondence::Cameras;
 use crate::error::{ApplyError, RectifyError};
 use crate::fusion::lens_reference::LensReference;
+use crate::geometry::cameras::Cameras;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::homography::RectifiedCamera;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
@@ -112,7 +112,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Replaces the calibration in use, and changes the generation if the calibration changes. Returns whether it
     /// changed.
     #[inline(never)]
-    pub(crate) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
+    pub(super) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
         self.next = None;
         let changed = self.in_use != new;
         if changed {

@@ -6,6 +6,7 @@ use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::config::LensTracking;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::cause::Cause;
 use crate::outcome::pair_report::{Fused, Outcome, PairReport};
 use crate::outcome::verdict::{Evidence, Own, Recent, Verdict};
 use crate::scalar::Scalar;
@@ -159,7 +160,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Keeps the matches of a frame that is still arriving.
     pub(super) fn unsolved(&mut self, why: Rejection) -> Outcome<T> {
         let size = self.factory.cameras.left.intrinsics().size;
-        if let Some(cause) = self.batch.cause_of(why, size).filter(|_| !self.frozen) {
+        if let Some(cause) = Cause::of_unsolved(&self.batch, why, size).filter(|_| !self.frozen) {
             self.causes.add(cause);
         }
         if !self.batch.is_arriving() {
@@ -189,7 +190,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             focal: self.factory.cameras.mean_focal(),
             state: self.fusion.state(),
             repeated: self.fusion.is_repeated(),
-            cause: self.batch.cause().or_else(of_estimate),
+            cause: Cause::of_pixels(&self.batch).or_else(of_estimate),
             likeliest: self.causes.likeliest(),
         };
         self.next = proposal.and_then(|proposal| applicable_of(proposal).ok());
@@ -201,7 +202,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Forgets the last pairs and their verdict.
-    pub(crate) fn forget_verdict(&mut self) {
+    pub(super) fn forget_verdict(&mut self) {
         (self.recent, self.verdict, self.next) = (Recent::NONE, Verdict::NONE, None);
     }
 
@@ -216,7 +217,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if fused.is_ok() && !self.fusion.is_repeated() && self.batch.is_moved_alike() {
             self.relief.add(self.batch.spread());
         }
-        match (fused, self.batch.cause()) {
+        match (fused, Cause::of_pixels(&self.batch)) {
             (Ok(_), Some(cause)) => self.causes.add(cause),
             _ if self.state() == State::Locked => self.causes.forget(),
             _ => {}

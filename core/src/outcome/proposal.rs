@@ -5,8 +5,8 @@ use core::fmt;
 use nalgebra::{ComplexField, Matrix5, Vector5};
 
 use crate::algebra::information::{StandardDeviations, largest_direction};
+use crate::algebra::lens_prior::LensPrior;
 use crate::algebra::symmetric5::Symmetric5;
-use crate::config::LensPrior;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::cause::Cause;

@@ -1,9 +1,10 @@
 //! Facade of the published method: it takes pairs and returns extrinsics.
 
 use super::{Central, FusedEstimate, HuberSolver, MeanDirection, Settings, gate};
-use crate::batch::correspondence::{Cameras, Correspondence};
+use crate::batch::correspondence::Correspondence;
 use crate::batch::{Batch, Pushed};
 use crate::error::{PushError, Rejection};
+use crate::geometry::cameras::Cameras;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::outcome::pair_report::{Fused, Outcome, PairReport};
 use crate::scalar::Scalar;

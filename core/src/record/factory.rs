@@ -2,10 +2,10 @@
 
 use super::codec::{Reader, Writer, seal};
 use super::{FACTORY, OVERHEAD_BYTES, believe};
-use crate::batch::correspondence::Cameras;
 use crate::checksum;
 use crate::error::{CameraError, ConfigError, RestoreError};
 use crate::geometry::camera::{Camera, Intrinsics};
+use crate::geometry::cameras::Cameras;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens::{Fisheye, Lens, RadialTangential};
 use crate::geometry::rational::Rational;
@@ -186,7 +186,7 @@ impl<T: Scalar> FactoryCalibration<T> {
 
 /// Returns a hash that almost surely changes if any number of the cameras or the extrinsics changes.
 #[inline(never)]
-pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
+pub(crate) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];
     write_rig(cameras, extrinsics, &mut Writer { rest: &mut rig });
     checksum::of_record(&rig)

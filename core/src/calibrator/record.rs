@@ -4,22 +4,22 @@ use core::f32::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::codec::{Range, Reader, Writer, bytes_of, limit, seal};
-use super::factory::{FactoryCalibration, fingerprint};
-use super::{HEADER_BYTES, OVERHEAD_BYTES, STATE, believe};
+use super::{Calibrator, context};
 use crate::algebra::prior_moments::MAX_RESPONSE;
-use crate::batch::correspondence::Cameras;
-use crate::calibrator::{Calibrator, context};
 use crate::config::{Context, LensTracking};
 use crate::depth::yaw::MAX_YAW_VARIANCE;
 use crate::error::RestoreError;
 use crate::fusion::lens_reference::LensReference;
-use crate::fusion::prior::{Learned, MAX_INFORMATION, ROUNDED};
+use crate::fusion::prior::{Learned, MAX_INFORMATION, Place, ROUNDED};
+use crate::geometry::cameras::Cameras;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3;
 use crate::outcome::relief::Relief;
+use crate::record::codec::{Range, Reader, Writer, bytes_of, limit, seal};
+use crate::record::factory::{FactoryCalibration, fingerprint};
+use crate::record::{HEADER_BYTES, OVERHEAD_BYTES, STATE, believe};
 use crate::scalar::Scalar;
 use crate::thresholds::{
     MAX_IN_USE, MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD,
@@ -106,6 +106,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let mut write = |learned: &mut _| self.write_snapshot(learned, &mut record);
         self.learn(&mut write);
         record
+    }
+
+    /// Returns the place of the estimate that a record keeps; `None` without such an estimate.
+    #[inline(never)]
+    pub(crate) fn place(&self) -> Option<Place<T>> {
+        self.fusion.place(&context(&self.config, &self.factory, &self.fusion))
     }
 
     /// Passes the estimate as a prior to `write`.
