@@ -4,16 +4,18 @@
 //! compares the two, and [`Calibrator::apply`] puts the estimate into use.
 
 mod calibration;
-pub(crate) mod estimator;
+pub(crate) mod record;
 mod step;
 mod witness;
 
 pub use calibration::Calibration;
 
-use crate::batch::correspondence::{Cameras, Correspondence};
+use crate::batch::correspondence::Correspondence;
 use crate::batch::{Batch, Pushed};
-use crate::config::Config;
+use crate::config::{Config, Context};
 use crate::error::{ApplyError, PushError, Rejection};
+use crate::fusion::Fusion;
+use crate::geometry::cameras::Cameras;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
 use crate::outcome::cause::Causes;
 use crate::outcome::details::Details;
@@ -25,7 +27,6 @@ use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_STEPS};
-use estimator::Estimator;
 use step::Step;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences per pair.
@@ -71,21 +72,21 @@ use step::Step;
 /// ```
 #[derive(Debug, Clone)]
 pub struct Calibrator<T: Scalar, const N: usize> {
-    pub(crate) config: Config,
+    config: Config,
     pub(crate) factory: FactoryCalibration<T>,
     /// Cameras that the rays of the batch belong to.
     pub(crate) corrected: Cameras<T>,
-    pub(crate) in_use: CorrectedExtrinsics<T>,
+    in_use: CorrectedExtrinsics<T>,
     /// Calibration that the last change replaced, for [`Calibrator::undo`].
-    pub(crate) before: Option<CorrectedExtrinsics<T>>,
+    before: Option<CorrectedExtrinsics<T>>,
     pub(crate) generation: u32,
-    pub(crate) frozen: bool,
+    frozen: bool,
     /// Progress of the pair in the batch.
     step: Step,
     /// Mistakes in rig file or matcher that pairs have shown since the last lock.
     causes: Causes,
     /// Evidence of depth in pairs whose matches all have the same motion between the images.
-    pub(crate) relief: Relief<T>,
+    relief: Relief<T>,
     /// Numbers of range readings and of motions that contradicted the yaw since the last reset. The record does not
     /// contain them.
     contradicting: [u16; 2],
@@ -96,12 +97,12 @@ pub struct Calibrator<T: Scalar, const N: usize> {
     /// that it depends on has changed.
     next: Option<CorrectedExtrinsics<T>>,
     pub(crate) batch: Batch<T, N>,
-    pub(crate) estimator: Estimator<T>,
+    fusion: Fusion<T>,
 }
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Returns a calibrator that starts at the factory calibration. The first pairs are solved from it, and the
-    /// correction limit is measured from it. Row offsets alone do not determine yaw. In the robust preset, the estimate
+    /// correction limit is measured from it. Row offsets alone do not determine yaw: the estimate
     /// starts at the factory yaw, weighted by [`FactoryCalibration::yaw_sd_rad`], and follows the turns of the mount.
     ///
     /// Another factory calibration needs a new calibrator: a firmware saves that calibration and restarts.
@@ -125,7 +126,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             verdict: Verdict::NONE,
             next: None,
             batch: Batch::new(),
-            estimator: Estimator::new(&config, factory.yaw_sd_rad.is_some()),
+            fusion: Fusion::new(factory.yaw_sd_rad.is_some()),
         }
     }
 
@@ -142,7 +143,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.forget_verdict();
         self.discard_pair();
         self.batch.forget_cells();
-        self.estimator.reset();
+        self.fusion.reset();
     }
 
     /// Offers one correspondence to the batch. A full batch keeps a selection. The first correspondence after the end
@@ -175,7 +176,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Solves the batch and fuses the result in one call: calls [`Calibrator::advance_pair`] until the pair has ended.
     pub fn solve_pair(&mut self) -> Outcome<T> {
-        // The limit is above the number of steps that any preset takes.
+        // The limit is above the number of steps that a pair takes.
         for _ in 0..self.config.max_passes.saturating_add(SPARE_STEPS) {
             if let Some(outcome) = self.advance_pair() {
                 return outcome;
@@ -188,19 +189,19 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn discard_pair(&mut self) {
         self.step = Step::Collecting;
         self.batch.clear();
-        self.estimator.discard();
+        self.fusion.discard();
     }
 
     /// Returns the reliability of the estimate.
     pub fn state(&self) -> State {
-        self.estimator.state()
+        self.fusion.state()
     }
 
     /// Returns the estimate over all fused pairs. `None` without an estimate, or if the fused pairs give no valid one
     /// ([`ApplyError::NoProposal`], [`ApplyError::Inconsistent`]).
     pub fn proposal(&self) -> Option<Proposal<T>> {
-        let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.proposal(&context, &self.in_use)
+        let context = context(&self.config, &self.factory, &self.fusion);
+        self.fusion.proposal(&context, &self.in_use)
     }
 
     /// Returns the verdict after the last pair: whether the rig may arm, and whether to apply. It stays until the next
@@ -220,10 +221,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let proposal = self.proposal();
         let proposal = proposal.as_ref()?;
         let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
-        let screen = screen.max(T::lit(SCREEN_NOISES) * self.estimator.noise());
-        let rays = self.estimator.correction();
+        let screen = screen.max(T::lit(SCREEN_NOISES) * self.fusion.noise());
+        let rays = self.fusion.reference().correction();
         let (matches, contradicting) = (self.batch.pairs(), self.contradicting);
-        Details::over(matches, &rays, &self.in_use, proposal, contradicting, of_image, screen)
+        Details::over(matches, rays, &self.in_use, proposal, contradicting, of_image, screen)
     }
 
     /// Puts the estimate ([`Proposal::applicable`]) into use, and returns it with the cameras that it belongs to. The
@@ -254,7 +255,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// [`ApplyError`].
     #[inline(never)]
     fn applicable(&self) -> Result<CorrectedExtrinsics<T>, ApplyError> {
-        if !self.estimator.has_pairs() {
+        if !self.fusion.has_pairs() {
             return Err(ApplyError::NoProposal);
         }
         let proposal = self.proposal();
@@ -296,6 +297,18 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 }
 
+/// Returns the context of a call: configuration, rig and vibration. A function of its own, so that a caller can change the
+/// fusion while it holds the context.
+#[inline(never)]
+fn context<'a, T: Scalar>(
+    config: &'a Config,
+    factory: &'a FactoryCalibration<T>,
+    fusion: &Fusion<T>,
+) -> Context<'a, T> {
+    let context = Context::new(config, &factory.extrinsics, factory.cameras.mean_focal());
+    context.knowing_yaw(factory.yaw_sd_rad).vibrating(fusion.vibration())
+}
+
 /// Returns the calibration of a proposal that may be put into use.
 ///
 /// # Errors
@@ -313,5 +326,5 @@ fn applicable_of<T: Scalar>(proposal: &Proposal<T>) -> Result<CorrectedExtrinsic
 /// overwritten the memory of the calibrator. The C library checks this in each call.
 #[doc(hidden)]
 pub fn has_valid_lengths<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> bool {
-    calibrator.batch.is_within() && calibrator.estimator.is_within()
+    calibrator.batch.is_within() && calibrator.fusion.is_within()
 }

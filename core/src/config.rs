@@ -1,18 +1,13 @@
 //! Parameters of the calibrator, and the effects of larger and smaller values.
 
 mod context;
-mod lens_prior;
 mod lens_tracking;
-#[cfg(feature = "paper")]
-pub(crate) mod paper;
 
 pub(crate) use context::Context;
-pub use lens_prior::LensPrior;
 pub use lens_tracking::LensTracking;
 
+use crate::algebra::lens_prior::LensPrior;
 use crate::error::ConfigError;
-#[cfg(feature = "paper")]
-use crate::paper::Settings;
 use crate::scalar::Scalar;
 
 impl Default for Config {
@@ -20,18 +15,6 @@ impl Default for Config {
     fn default() -> Self {
         Self::robust()
     }
-}
-
-/// Method of solving a pair and of fusing pairs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub(crate) enum Method {
-    /// Huber weights, mean directions.
-    #[cfg(feature = "paper")]
-    Paper,
-    /// Whitened residuals, redescending loss, fusion by moments, change detection.
-    Robust,
 }
 
 /// Parameters of the whole calibrator. Numbers are `f32`, whether the core computes in `f32` or `f64`.
@@ -53,7 +36,6 @@ pub(crate) enum Method {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(try_from = "Parts"))]
 pub struct Config {
-    pub(crate) method: Method,
     pub(crate) prior_sd_rad: f32,
     pub(crate) huber_threshold_px: f32,
     pub(crate) max_passes: u16,
@@ -67,15 +49,12 @@ pub struct Config {
     pub(crate) rows_limit_px: f32,
     pub(crate) depth_limit_px: f32,
     pub(crate) coverage_limit: f32,
-    #[cfg(feature = "paper")]
-    pub(crate) paper: Settings,
 }
 
 /// Unchecked fields from which a configuration is deserialised.
 #[cfg(feature = "serde")]
 #[derive(serde::Deserialize)]
 struct Parts {
-    method: Method,
     prior_sd_rad: f32,
     huber_threshold_px: f32,
     max_passes: u16,
@@ -89,8 +68,6 @@ struct Parts {
     rows_limit_px: f32,
     depth_limit_px: f32,
     coverage_limit: f32,
-    #[cfg(feature = "paper")]
-    paper: Settings,
 }
 
 #[cfg(feature = "serde")]
@@ -98,14 +75,8 @@ impl TryFrom<Parts> for Config {
     type Error = ConfigError;
 
     fn try_from(parts: Parts) -> Result<Self, ConfigError> {
-        let config = Self {
-            method: parts.method,
-            lens_tracking: parts.lens_tracking,
-            #[cfg(feature = "paper")]
-            paper: parts.paper,
-            ..Self::robust()
-        };
-        config
+        Self::robust()
+            .with_lens_tracking(parts.lens_tracking)
             .with_prior_sd_rad(parts.prior_sd_rad)?
             .with_huber_threshold_px(parts.huber_threshold_px)?
             .with_max_passes(parts.max_passes)?
@@ -122,16 +93,6 @@ impl TryFrom<Parts> for Config {
 }
 
 impl Config {
-    /// Returns the parameters of the published method: Huber weights on plain row offsets, each pair solved from the
-    /// factory extrinsics, and mean-direction fusion (eqs 16-22).
-    ///
-    /// Its only defence against outliers is the Huber weight: see the limits in the README.
-    #[cfg(feature = "paper")]
-    #[must_use]
-    pub const fn paper() -> Self {
-        Self { method: Method::Paper, max_passes: 100, noise_floor_px: 0.02, ..Self::robust() }
-    }
-
     /// Returns the parameters of the robust method: an M-estimator of whitened row offsets, fusion of moments, and
     /// change detection. The redescending loss is annealed until the inliers form a peak. Half of the matches may be
     /// outliers, and the estimate follows a step of the extrinsics within three pairs.
@@ -141,7 +102,6 @@ impl Config {
     #[must_use]
     pub const fn robust() -> Self {
         Self {
-            method: Method::Robust,
             prior_sd_rad: 0.1,
             huber_threshold_px: 1.0,
             max_passes: 24,
@@ -155,12 +115,10 @@ impl Config {
             rows_limit_px: 1.0,
             depth_limit_px: 2.0,
             coverage_limit: 0.7,
-            #[cfg(feature = "paper")]
-            paper: Settings::DEFAULT,
         }
     }
 
-    /// Sets the standard deviation of the factory extrinsics about each axis, rad. Default 0.1. Robust preset only.
+    /// Sets the standard deviation of the factory extrinsics about each axis, rad. Default 0.1.
     ///
     /// A larger value follows a rig that is further off; a smaller one stabilises pairs with little information.
     ///
@@ -175,12 +133,10 @@ impl Config {
         }
     }
 
-    /// Sets the Huber threshold `c_t` of eq 18, px of row offset. Default 1. The paper preset weights matches by it. In
-    /// both presets a match fits a calibration if its row offset is within three thresholds, or within
-    /// 4.2 times the noise of a coordinate if that is more.
+    /// Sets the threshold of row offsets, px. Default 1. A match fits a calibration if its row offset is within three
+    /// thresholds, or within 4.2 times the noise of a coordinate if that is more.
     ///
-    /// A larger value lets outliers bias the result; a smaller one discards the information of good matches and slows
-    /// convergence from a start that is far off.
+    /// A larger value counts more matches as fitting; a smaller one counts fewer.
     ///
     /// # Errors
     /// [`ConfigError::HuberThreshold`] unless the value is finite and above 0.
@@ -193,11 +149,10 @@ impl Config {
         }
     }
 
-    /// Sets the number of passes over the batch that one pair may take. Paper preset: default 100, without the
-    /// evaluation pass. Robust preset: default 24, with the evaluation pass; a search in good data takes 9 to 12
+    /// Sets the number of passes over the batch that one pair may take. Default 24. A search in good data takes 9 to 12
     /// passes, a track takes 4.
     ///
-    /// The robust preset takes up to 9 passes even if the limit is lower: a track, a search of 4 passes and a
+    /// A pair takes up to 9 passes even if the limit is lower: a track, a search of 4 passes and a
     /// comparison. With a limit below 20 it does not test before the first lock whether a turned baseline fits better.
     ///
     /// The limit bounds the time of a pair. With fewer passes a solve may stop before the optimum; the report says so.
@@ -228,8 +183,7 @@ impl Config {
         }
     }
 
-    /// Sets the lower bound of the estimated noise, px. Robust preset: noise of a coordinate, default 0.15. Paper
-    /// preset: noise of a row offset, default 0.02.
+    /// Sets the lower bound of the estimated noise of a coordinate, px. Default 0.15.
     ///
     /// The bound keeps the information finite on data without noise.
     ///
@@ -244,16 +198,8 @@ impl Config {
         }
     }
 
-    /// Sets the parameters that only the published method has. Default [`Settings::DEFAULT`].
-    #[cfg(feature = "paper")]
-    #[must_use]
-    pub const fn with_paper(mut self, settings: Settings) -> Self {
-        self.paper = settings;
-        self
-    }
-
     /// Sets the memory `n`, pairs. Once `n` pairs are fused, each further pair multiplies the weight of the older pairs
-    /// by `1 - 1 / n`. Default 1000. Robust preset only.
+    /// by `1 - 1 / n`. Default 1000.
     ///
     /// A larger value averages longer; a smaller one follows a drift that change detection misses, and keeps the
     /// reported standard deviation above the error of the lens models.
@@ -269,7 +215,7 @@ impl Config {
         }
     }
 
-    /// Sets the standard deviations of the given lens models. Default [`LensPrior::WIDE`]. Robust preset only.
+    /// Sets the standard deviations of the given lens models. Default [`LensPrior::WIDE`].
     ///
     /// A larger value increases the reported deviations that include the lens; a smaller one trusts the lens models
     /// more.
@@ -294,7 +240,7 @@ impl Config {
     }
 
     /// Sets whether errors of the given lens models are reported or compensated. Default [`LensTracking::Report`].
-    /// Robust preset with a lens prior only.
+    /// With a lens prior only.
     #[must_use]
     pub const fn with_lens_tracking(mut self, tracking: LensTracking) -> Self {
         self.lens_tracking = tracking;
@@ -303,7 +249,7 @@ impl Config {
 
     /// Sets the standard deviation of the apparent yaw `a` of the lenses, rad. An apparent yaw `a` shifts rows by
     /// `a x y` at unit depth. Default 4.6e-3, the RMS over five recordings of two rectified vehicle rigs; data sets
-    /// that were calibrated jointly with boards have nearly none. Robust preset with a lens prior only.
+    /// that were calibrated jointly with boards have nearly none. With a lens prior only.
     ///
     /// A larger value attributes more of the yaw that rows show to the lens; a smaller one attributes more to the
     /// mount.
@@ -363,8 +309,7 @@ impl Config {
     }
 
     /// Sets the correction limit, rad. A pair is not fused if `R` or `t` of the estimate with the pair differs from the
-    /// factory value by a larger angle. In the paper preset this also holds for `R` and `t` of the pair alone. Default
-    /// 0.5.
+    /// factory value by a larger angle. Default 0.5.
     ///
     /// # Errors
     /// [`ConfigError::MaxCorrection`] unless the value is above 0 and below 1.5.

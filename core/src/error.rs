@@ -145,8 +145,7 @@ pub enum RangeError {
     /// The factory calibration has no baseline length: [`crate::FactoryCalibration::with_baseline_m`].
     #[error("the length of the baseline is not known")]
     NoBaseline,
-    /// The estimate is not locked, or the calibrator is frozen; later readings may be taken. The paper preset refuses
-    /// every reading.
+    /// The estimate is not locked, or the calibrator is frozen; later readings may be taken.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
     /// The range is not within 0.01 to 1e5 m, or its standard deviation is not above 0 and at most the range.
@@ -169,7 +168,7 @@ pub enum RangeError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum MotionError {
-    /// The estimate is not locked, or the calibrator is frozen. The paper preset refuses every motion.
+    /// The estimate is not locked, or the calibrator is frozen.
     #[error("the estimate is not locked, or frozen")]
     NotLocked,
     /// There are fewer tracked matches than a pair needs.
@@ -244,15 +243,15 @@ pub enum Rejection {
     /// the matcher searches along the rows and has not measured them. Such a pair says nothing about the calibration.
     #[error("rows not measured: the matcher searches along rows")]
     RowsNotMeasured,
-    /// The correspondences leave a direction of the extrinsics free: they are all alike, or on one line. In the paper
-    /// preset they may also be all far away. The pair is also refused for this reason if its own extrinsics are not
+    /// The correspondences leave a direction of the extrinsics free: they are all alike, or on one line. In the published
+    /// method they may also be all far away. The pair is also refused for this reason if its own extrinsics are not
     /// valid.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
-    /// The pair's weakest direction is less certain than the configuration allows (paper preset).
+    /// The pair's weakest direction is less certain than the configuration allows (published method only).
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
-    /// `R` or `t` of the estimate with the pair, or in the paper preset of the pair alone, is further from the factory
+    /// `R` or `t` of the estimate with the pair, or in the published method of the pair alone, is further from the factory
     /// values than the correction limit. If this error returns again and again, the factory values are wrong or the
     /// mount has moved.
     #[error("further from the factory extrinsics than the correction limit")]
@@ -280,8 +279,8 @@ pub enum ApplyError {
     /// fused since.
     #[error("there is no proposal: no pair has been fused")]
     NoProposal,
-    /// The fused pairs give no valid calibration: their directions cancel (paper preset), the result cannot be
-    /// rectified, its covariance is not valid, or its corrected cameras are out of range.
+    /// The fused pairs give no valid calibration: the result cannot be rectified, its covariance is not valid, or its
+    /// corrected cameras are out of range.
     #[error("the fused pairs agree on no extrinsics")]
     Inconsistent,
     /// The estimate is not [`State::Locked`]: it is not confirmed, or the last pairs disagree with it.

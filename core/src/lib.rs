@@ -1,10 +1,10 @@
 //! Tracks the extrinsics of a stereo rig online, from left/right correspondences: `no_std`, no heap, fixed capacity.
 //!
 //! The row offsets of the correspondences of a stereo pair give two rectifying rotations, in a bounded number of
-//! passes. An incremental fusion in constant memory combines the pairs. There are two presets: [`Config::robust`] works
-//! with up to half outliers, and [`Config::paper`] is the method as published by H. Zhao, Y. Zhang, Q. Chen, R. Fan,
-//! "Dive Deeper into Rectifying Homography for Stereo Camera Online Self-Calibration". Equation numbers refer to that
-//! paper; [`derivation`] derives the robust preset.
+//! passes. An incremental fusion in constant memory combines the pairs. Up to half of the matches may be outliers.
+//! [`derivation`] derives the estimator. Module `paper` has the method as published by H. Zhao, Y. Zhang, Q. Chen,
+//! R. Fan, "Dive Deeper into Rectifying Homography for Stereo Camera Online Self-Calibration", on which it builds.
+//! Equation numbers refer to that paper.
 //!
 //! # Data flow
 //!
@@ -107,7 +107,7 @@
 //!
 //! | feature | effect |
 //! |---|---|
-//! | `paper` (default) | The published method, `Config::paper`. Without it a firmware saves flash. |
+//! | `paper` (default) | The published method, `paper::PaperCalibrator`. |
 //! | `defmt` | `defmt::Format` for every result and error. |
 //! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results; [`Calibration`] has only `Serialize`. Matrices and lens coefficients are plain arrays. A [`Config`], a [`FactoryCalibration`], a [`Camera`], a lens model and [`Extrinsics`] that are read are checked. |
 //! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
@@ -177,13 +177,15 @@ mod pages {}
 
 pub use nalgebra;
 
-pub use batch::correspondence::{Cameras, Correspondence};
+pub use algebra::lens_prior::LensPrior;
+pub use batch::correspondence::Correspondence;
 #[doc(hidden)]
 pub use calibrator::has_valid_lengths;
 pub use calibrator::{Calibration, Calibrator};
-pub use config::{Config, LensPrior, LensTracking};
+pub use config::{Config, LensTracking};
 pub use error::{ApplyError, ConfigError, PushError, Rejection, RestoreError};
 pub use geometry::camera::{Camera, Intrinsics};
+pub use geometry::cameras::Cameras;
 pub use geometry::extrinsics::Extrinsics;
 pub use geometry::lens::Lens;
 pub use outcome::cause::Cause;

@@ -34,7 +34,7 @@ pub enum Stop {
     /// The step fell below the tolerance, or below the resolution of the scalar at the optimum.
     Converged,
     /// No step lowers the cost, so this is the optimum within the resolution of the scalar; or the normal equations
-    /// have no solution that is a valid step (robust preset).
+    /// have no solution that is a valid step.
     NoDescent,
     /// All passes were taken. This is normal for a pair that was tracked from an estimate. A search that stops this way
     /// has not converged; its result is the best pose reached.

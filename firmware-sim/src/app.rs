@@ -223,19 +223,14 @@ mod tests {
 
     const CAPACITY: usize = 64;
 
-    /// The paper preset locks with the first pair.
     const LOCKED: Event = Event::StateChanged { before: State::Acquiring, after: State::Locked };
 
     fn calibrator() -> Calibrator<f32, CAPACITY> {
-        with(Config::paper())
-    }
-
-    fn with(config: Config) -> Calibrator<f32, CAPACITY> {
         let intrinsics =
             Intrinsics { focal: [1400.0; 2], principal: [960.0, 600.0], size: [1920, 1200] };
         let camera = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
         let cameras = Cameras { left: camera, right: camera };
-        Calibrator::new(config, &FactoryCalibration::guess(cameras))
+        Calibrator::new(Config::robust(), &FactoryCalibration::guess(cameras))
     }
 
     fn wire(bytes: Vec<u8>) -> Wire {
@@ -261,6 +256,11 @@ mod tests {
         }
     }
 
+    /// A frame of 60 points, new ones in each.
+    fn pair(sequence: u16) -> Vec<u8> {
+        frame(sequence.into(), sequence * 60..sequence * 60 + 60)
+    }
+
     /// Polls until the end of the pair. Returns the number of passes and the outcome.
     fn finish_pair(app: &mut TestApp<'_>) -> (usize, PairOutcome) {
         for passes in 0..200 {
@@ -276,14 +276,18 @@ mod tests {
     #[test]
     fn a_frame_is_read_then_solved_by_one_pass_per_poll_then_fused_and_not_applied() {
         let mut calibrator = calibrator();
-        let mut app = app(frame(5, 0..60), &mut calibrator);
-        assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 5, offered: 60, taken: 60 }));
-        let (passes, pair) = finish_pair(&mut app);
-        let (report, fused) = pair.outcome.unwrap();
-        assert_eq!((passes, fused), (usize::from(report.passes) + 2, Ok(Fused::Added)));
-        assert!(pair.verdict.rows_px > 1.0 && pair.verdict.should_apply, "{}", pair.verdict);
-        assert_eq!(app.calibrator().in_use().generation, 0);
-        let estimate = app.calibrator().proposal().unwrap().extrinsics;
+        let mut app = app((0..4).flat_map(pair).collect(), &mut calibrator);
+        for sequence in 0..4 {
+            assert_eq!(read(&mut app), Ok(Event::Frame { sequence, offered: 60, taken: 60 }));
+            let (passes, pair) = finish_pair(&mut app);
+            let (report, fused) = pair.outcome.unwrap();
+            assert_eq!((passes, fused), (usize::from(report.passes) + 1, Ok(Fused::Added)));
+            assert!(pair.verdict.rows_px > 1.0, "{}", pair.verdict);
+            assert_eq!(pair.verdict.should_apply, sequence == 3, "{}", pair.verdict);
+            assert_eq!(app.calibrator().in_use().generation, 0);
+        }
+        assert_eq!(app.poll(), Ok(LOCKED));
+        let estimate = app.calibrator().proposal().unwrap().applicable;
         let applied = app.apply().unwrap();
         assert_eq!(applied.extrinsics, estimate);
         assert_eq!(app.calibrator().in_use(), applied);
@@ -307,7 +311,6 @@ mod tests {
         assert_eq!(batch.pairs(), direct.batch().pairs());
         assert_eq!([batch.offered(), batch.left_out()], [128, 64]);
         finish_pair(&mut app);
-        assert_eq!(app.poll(), Ok(LOCKED));
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 50, taken: 50 }));
     }
 
@@ -326,9 +329,8 @@ mod tests {
 
     #[test]
     fn a_change_of_state_is_reported_once_right_after_its_pair() {
-        let mut calibrator = with(Config::robust());
-        // New points in each pair, and too few in the last one.
-        let pair = |sequence: u16| frame(sequence.into(), sequence * 60..sequence * 60 + 60);
+        let mut calibrator = calibrator();
+        // Too few points in the last pair.
         let frames: Vec<u8> = (0..6).flat_map(pair).chain(frame(6, 0..5)).collect();
         let mut app = app(frames, &mut calibrator);
         let (mut pairs, mut changes) = (0, Vec::new());
@@ -372,7 +374,7 @@ mod tests {
         let mut cameras = calibrator().in_use().cameras;
         let intrinsics = Intrinsics { size: [1920, 1199], ..*cameras.left.intrinsics() };
         cameras.left = Camera::try_new(intrinsics, Lens::Pinhole).unwrap();
-        let mut calibrator = Calibrator::new(Config::paper(), &FactoryCalibration::guess(cameras));
+        let mut calibrator = Calibrator::new(Config::robust(), &FactoryCalibration::guess(cameras));
         let mut app = app(frame(1, 0..60), &mut calibrator);
         let refused = ReceiveError::Refused(FrameRefusal::ImageSize([1920, 1200]));
         assert_eq!(read(&mut app), Err(refused));

@@ -162,6 +162,11 @@
 #define SELFCAL_TRACKS_STORAGE_SIZE (8 * SELFCAL_TRACKS_STORAGE_WORDS)
 
 /**
+ * Size of `selfcal_paper_t` in words of 8 bytes, sufficient on every target.
+ */
+#define SELFCAL_PAPER_WORDS (260 + ((23 * SELFCAL_CAPACITY) / 8))
+
+/**
  * Result of a call. An error that several functions return has the same number in all of them. Numbers from 100 on
  * equal the error codes of the core.
  */
@@ -523,7 +528,7 @@ enum selfcal_stop_t
      * no descent
      *
      * No step lowers the cost, so this is the optimum within the resolution of `f32`; or the normal equations have
-     * no solution (robust preset).
+     * no solution.
      */
     SELFCAL_STOP_NO_DESCENT = 11001,
     /**
@@ -606,12 +611,6 @@ enum selfcal_direction_t
   : uint32_t
 #endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
  {
-    /**
-     * none
-     *
-     * The paper preset gives no direction.
-     */
-    SELFCAL_DIRECTION_NONE = 15000,
     /**
      * pitch
      *
@@ -789,7 +788,7 @@ typedef uint32_t selfcal_witnessed_t;
 #endif // __cplusplus
 
 /**
- * Central value of the rotation angles of the pairs, for fusion in the paper preset.
+ * Central value of the rotation angles of the pairs.
  */
 enum selfcal_angle_t
 #if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
@@ -875,31 +874,6 @@ typedef uint32_t selfcal_lens_t;
 #endif // __cplusplus
 
 /**
- * How a pair is solved and how pairs are fused.
- */
-enum selfcal_preset_t
-#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
-  : uint32_t
-#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
- {
-    /**
-     * Tolerates half of the matches as outliers, and follows a step of the extrinsics within three pairs.
-     */
-    SELFCAL_PRESET_ROBUST = 0,
-    /**
-     * The published method, whose only defence against outliers is the Huber weight.
-     */
-    SELFCAL_PRESET_PAPER = 1,
-};
-#ifndef __cplusplus
-#if __STDC_VERSION__ >= 202311L
-typedef enum selfcal_preset_t selfcal_preset_t;
-#else
-typedef uint32_t selfcal_preset_t;
-#endif // __STDC_VERSION__ >= 202311L
-#endif // __cplusplus
-
-/**
  * One reason not to rely on a calibration: a bit of `reasons`.
  */
 enum selfcal_reason_t
@@ -941,7 +915,7 @@ enum selfcal_reason_t
      * The calibration in use has not fitted two pairs in a row, or two pairs in a row have missed it since, or no
      * pair could be solved for ten pairs. Forbids arming.
      */
-    SELFCAL_REASON_EVIDENCE = 536870912,
+    SELFCAL_REASON_EVIDENCE = 8388608,
     /**
      * depth in use uncertain
      *
@@ -987,13 +961,6 @@ enum selfcal_reason_t
      * The scene has hardly moved since the last pair that was added, and the pair adds no evidence.
      */
     SELFCAL_REASON_REPEATED = 4194304,
-    /**
-     * axis of the rotation is noise
-     *
-     * Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise, or the
-     * pairs do not agree on an axis.
-     */
-    SELFCAL_REASON_AXIS = 8388608,
     /**
      * yaw not confirmed
      *
@@ -1118,13 +1085,8 @@ typedef struct selfcal_lens_prior_t {
  */
 typedef struct selfcal_config_t {
     /**
-     * A `selfcal_preset_t`.
-     */
-    uint32_t preset;
-    /**
-     * Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24 in
-     * the robust preset, 100 in the paper preset, which takes one more pass to evaluate its result. The robust preset
-     * takes up to 9 passes even if the limit is lower. With a limit below 20 it does not test before the first lock
+     * Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24. A
+     * pair takes up to 9 passes even if the limit is lower. With a limit below 20 it does not test before the first lock
      * whether a turned baseline fits better.
      */
     uint16_t max_passes;
@@ -1134,41 +1096,29 @@ typedef struct selfcal_config_t {
     uint16_t min_correspondences;
     /**
      * Number `n` of fused pairs after which each further pair multiplies the weight of the older pairs by `1 - 1 / n`:
-     * 20 or more; default 1000. A larger number averages longer; a smaller one follows a slow drift. Robust preset.
+     * 20 or more; default 1000. A larger number averages longer; a smaller one follows a slow drift.
      */
     uint32_t memory_pairs;
     /**
      * Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the estimate
-     * with the pair, or in the paper preset of the pair alone, differs from the factory value by a larger angle.
+     * with the pair differs from the factory value by a larger angle.
      */
     float max_correction_rad;
     /**
      * Standard deviation of the factory extrinsics about each axis, rad: 1e-4 to 1; default 0.1. A larger value
-     * follows a rig that is further off; a smaller one stabilises pairs with little information. Robust preset.
+     * follows a rig that is further off; a smaller one stabilises pairs with little information.
      */
     float prior_sd_rad;
     /**
-     * Lower bound of the estimated noise, px: 0.001 to 100. Robust preset: noise of a coordinate, default 0.15.
-     * Paper preset: noise of a row offset, default 0.02. The bound keeps the information finite on data without noise.
+     * Lower bound of the estimated noise of a coordinate, px: 0.001 to 100; default 0.15. The bound keeps the information
+     * finite on data without noise.
      */
     float noise_floor_px;
     /**
-     * Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. A larger value lets
-     * outliers bias the result; a smaller one discards the information of good matches. In both presets a match
-     * fits a calibration if its row offset is within three thresholds, or within 4.2 times the noise of a
-     * coordinate if that is more.
+     * Threshold of row offsets, px: finite and above 0; default 1. A match fits a calibration if its row offset is within
+     * three thresholds, or within 4.2 times the noise of a coordinate if that is more.
      */
     float huber_threshold_px;
-    /**
-     * Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. A value below the
-     * resolution of `f32`, about 1e-6, acts as 1e-6.
-     */
-    float step_tolerance_rad;
-    /**
-     * Largest standard deviation of the least certain direction of a fused pair, rad: finite and above 0; default
-     * 0.12. Paper preset.
-     */
-    float max_sd_rad;
     /**
      * Largest row offset in use at which a rig may arm, px: above 0, or infinite; default 1.
      */
@@ -1184,15 +1134,11 @@ typedef struct selfcal_config_t {
      */
     float coverage_limit;
     /**
-     * A `selfcal_angle_t`. Paper preset.
-     */
-    uint32_t angle;
-    /**
-     * A `selfcal_lens_tracking_t`. Robust preset with a lens prior.
+     * A `selfcal_lens_tracking_t`. With a lens prior only.
      */
     uint32_t lens_tracking;
     /**
-     * 1 if `lens_prior` replaces the default deviations of the lens models, otherwise 0. Robust preset.
+     * 1 if `lens_prior` replaces the default deviations of the lens models, otherwise 0.
      */
     uint32_t has_lens_prior;
     /**
@@ -1561,7 +1507,7 @@ typedef struct selfcal_report_t {
      */
     selfcal_stop_t stop;
     /**
-     * Passes taken over the batch. The paper preset does not count the evaluation pass.
+     * Passes taken over the batch. The published method does not count the evaluation pass.
      */
     uint16_t passes;
     /**
@@ -1593,8 +1539,7 @@ typedef struct selfcal_report_t {
      */
     float rms_px_after;
     /**
-     * Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row
-     * offset in the paper preset.
+     * Estimated noise, standard deviation, px: of a coordinate; in the published method of a row offset.
      */
     float noise_px;
 } selfcal_report_t;
@@ -1692,11 +1637,11 @@ typedef struct selfcal_lens_estimate_t {
  */
 typedef struct selfcal_weakest_t {
     /**
-     * The direction; `SELFCAL_DIRECTION_NONE` in the paper preset.
+     * The direction.
      */
     selfcal_direction_t direction;
     /**
-     * Its standard deviation, rad; 0 in the paper preset.
+     * Its standard deviation, rad.
      */
     float sd_rad;
 } selfcal_weakest_t;
@@ -1755,7 +1700,7 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_sd_t sd_lens;
     /**
-     * Whether `lens` is valid; false in the paper preset and without a lens prior.
+     * Whether `lens` is valid; false without a lens prior.
      */
     bool has_lens;
     /**
@@ -1763,11 +1708,7 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_lens_estimate_t lens;
     /**
-     * Whether `covariance` is valid; false in the paper preset.
-     */
-    bool has_covariance;
-    /**
-     * Covariance, rad^2, symmetric; 0 if it is not valid. Order: rotation of `R` about x, y, z,
+     * Covariance, rad^2, symmetric. Order: rotation of `R` about x, y, z,
      * rotation of the baseline about y, z, in the rectified frame.
      */
     float covariance[5][5];
@@ -1780,11 +1721,11 @@ typedef struct selfcal_proposal_t {
      */
     struct selfcal_weakest_t weakest;
     /**
-     * Motion of the rig about the estimate; 0 in the paper preset.
+     * Motion of the rig about the estimate.
      */
     struct selfcal_vibration_t vibration;
     /**
-     * State of the estimate. The paper preset is locked from the first pair on.
+     * State of the estimate.
      */
     selfcal_state_t state;
     /**
@@ -1991,6 +1932,87 @@ typedef struct selfcal_tracks_t {
      */
     uint64_t opaque[SELFCAL_TRACKS_STORAGE_WORDS];
 } selfcal_tracks_t;
+
+/**
+ * The published method for one stereo rig, owned by the caller: no pointers, no release. One call at a time. Changed
+ * storage is detected as in `selfcal_t`.
+ */
+typedef struct selfcal_paper_t {
+    /**
+     * Private.
+     */
+    uint64_t opaque[SELFCAL_PAPER_WORDS];
+} selfcal_paper_t;
+
+/**
+ * Parameters of the published method. 0 in a field stands for its default.
+ */
+typedef struct selfcal_paper_config_t {
+    /**
+     * Largest number of passes of the solver over the batch: 2 or more; default 100. One more pass evaluates the
+     * result.
+     */
+    uint16_t max_passes;
+    /**
+     * Least number of usable correspondences that a pair needs: 6 or more; default 12.
+     */
+    uint16_t min_correspondences;
+    /**
+     * Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the pair alone, or
+     * of the estimate with the pair, differs from the factory value by a larger angle.
+     */
+    float max_correction_rad;
+    /**
+     * Lower bound of the estimated noise of a row offset, px: 0.001 to 100; default 0.02.
+     */
+    float noise_floor_px;
+    /**
+     * Huber threshold of the row offset, px: finite and above 0; default 1. A larger value lets outliers bias the
+     * result; a smaller one discards the information of good matches.
+     */
+    float huber_threshold_px;
+    /**
+     * Step below which the solver has converged, rad: up to 0.1; default 1e-9. A value below the resolution of `f32`,
+     * about 1e-6, acts as 1e-6.
+     */
+    float step_tolerance_rad;
+    /**
+     * Largest standard deviation of the least certain direction of a fused pair, rad: finite and above 0; default
+     * 0.12.
+     */
+    float max_sd_rad;
+    /**
+     * A `selfcal_angle_t`.
+     */
+    uint32_t angle;
+} selfcal_paper_config_t;
+
+/**
+ * Estimate of the published method over all fused pairs.
+ */
+typedef struct selfcal_paper_estimate_t {
+    /**
+     * `R*`, `t*`.
+     */
+    struct selfcal_extrinsics_t extrinsics;
+    /**
+     * Number of fused pairs.
+     */
+    uint32_t pairs;
+    /**
+     * Standard errors of the means; with one pair the standard deviations of that pair.
+     */
+    struct selfcal_sd_t sd;
+    /**
+     * Length of the mean of the unit rotation axes: 1 where all pairs agree, 0 for pure noise.
+     */
+    float axis_concentration;
+    /**
+     * Whether the rotation has a meaningful axis: its angle is far enough from 0 and from a half turn, and the pairs
+     * agree on it.
+     */
+    bool axis_is_meaningful;
+} selfcal_paper_estimate_t;
 
 #ifdef __cplusplus
 extern "C" {
@@ -2371,7 +2393,7 @@ selfcal_error_t selfcal_homographies(const struct selfcal_t *cal,
  * Writes the calibration in use and the estimate as a record for non-volatile memory. The estimate is a prior: pose
  * and covariance, noise, vibration, and the knowledge of lens and mount. The record also contains the generation, the
  * calibration that `selfcal_undo` returns to, and whether the calibrator is frozen. It omits the factory calibration
- * (see `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
+ * (see `selfcal_factory_to_record`), the batch, and a pair that is being solved.
  *
  * The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
  * record until the new one is written: `selfcal_restore` detects a record that a loss of power has cut
@@ -2478,6 +2500,37 @@ selfcal_error_t selfcal_advance_tracks(struct selfcal_t *cal,
                                        struct selfcal_tracks_t *tracks,
                                        bool *ended,
                                        selfcal_witnessed_t *witnessed);
+
+/**
+ * Initialises the published method. Every pair is solved from the factory extrinsics. It has no verdict, no
+ * calibration in use and no records.
+ *
+ * * `size`: size of the storage, bytes: `sizeof(selfcal_paper_t)`.
+ * * `config`: copied; null for the default. `SELFCAL_ERROR_CONFIG` if a field is out of its range.
+ * * `factory`: copied; only cameras and extrinsics are used.
+ */
+selfcal_error_t selfcal_paper_init(struct selfcal_paper_t *paper,
+                                   size_t size,
+                                   const struct selfcal_paper_config_t *config,
+                                   const struct selfcal_factory_t *factory);
+
+/**
+ * Takes one stereo pair: solves an array of correspondences and fuses the result. Refused correspondences are left
+ * out. An error from 500 on says why the pair is not part of the estimate, which is normal: go on with the next pair.
+ *
+ * * `correspondences`: array of `count`; may be null if `count` is 0.
+ * * `outcome`: written with these errors, too; may be null.
+ */
+selfcal_error_t selfcal_paper_take_pair(struct selfcal_paper_t *paper,
+                                        const struct selfcal_correspondence_t *correspondences,
+                                        size_t count,
+                                        struct selfcal_outcome_t *outcome);
+
+/**
+ * Reads the estimate over all fused pairs. Without an estimate it returns `SELFCAL_ERROR_NO_ESTIMATE`.
+ */
+selfcal_error_t selfcal_paper_estimate(const struct selfcal_paper_t *paper,
+                                       struct selfcal_paper_estimate_t *estimate);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -2,32 +2,11 @@
 
 use core::ffi::CStr;
 
-use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{Config, ConfigError, LensTracking};
 use zerocopy::FromBytes;
 
 use crate::error::selfcal_error_t::{self, *};
 use crate::lens::selfcal_lens_prior_t;
-
-/// How a pair is solved and how pairs are fused.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_preset_t {
-    /// Tolerates half of the matches as outliers, and follows a step of the extrinsics within three pairs.
-    SELFCAL_PRESET_ROBUST = 0,
-    /// The published method, whose only defence against outliers is the Huber weight.
-    SELFCAL_PRESET_PAPER = 1,
-}
-
-/// Central value of the rotation angles of the pairs, for fusion in the paper preset.
-#[repr(u32)]
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum selfcal_angle_t {
-    /// Arithmetic mean: efficient without outlier pairs.
-    SELFCAL_ANGLE_MEAN = 0,
-    /// Median: robust to a minority of outlier pairs.
-    SELFCAL_ANGLE_MEDIAN = 1,
-}
 
 /// Treatment of errors of the given lens models.
 #[repr(u32)]
@@ -47,38 +26,27 @@ pub enum selfcal_lens_tracking_t {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, FromBytes)]
 pub struct selfcal_config_t {
-    /// A `selfcal_preset_t`.
-    pub preset: u32,
-    /// Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24 in
-    /// the robust preset, 100 in the paper preset, which takes one more pass to evaluate its result. The robust preset
-    /// takes up to 9 passes even if the limit is lower. With a limit below 20 it does not test before the first lock
+    /// Largest number of passes over the batch that a pair may take, which bounds its time: 2 or more; default 24. A
+    /// pair takes up to 9 passes even if the limit is lower. With a limit below 20 it does not test before the first lock
     /// whether a turned baseline fits better.
     pub max_passes: u16,
     /// Least number of usable correspondences that a pair needs: 6 or more; default 12.
     pub min_correspondences: u16,
     /// Number `n` of fused pairs after which each further pair multiplies the weight of the older pairs by `1 - 1 / n`:
-    /// 20 or more; default 1000. A larger number averages longer; a smaller one follows a slow drift. Robust preset.
+    /// 20 or more; default 1000. A larger number averages longer; a smaller one follows a slow drift.
     pub memory_pairs: u32,
     /// Correction limit, rad: above 0 and below 1.5; default 0.5. A pair is not fused if `R` or `t` of the estimate
-    /// with the pair, or in the paper preset of the pair alone, differs from the factory value by a larger angle.
+    /// with the pair differs from the factory value by a larger angle.
     pub max_correction_rad: f32,
     /// Standard deviation of the factory extrinsics about each axis, rad: 1e-4 to 1; default 0.1. A larger value
-    /// follows a rig that is further off; a smaller one stabilises pairs with little information. Robust preset.
+    /// follows a rig that is further off; a smaller one stabilises pairs with little information.
     pub prior_sd_rad: f32,
-    /// Lower bound of the estimated noise, px: 0.001 to 100. Robust preset: noise of a coordinate, default 0.15.
-    /// Paper preset: noise of a row offset, default 0.02. The bound keeps the information finite on data without noise.
+    /// Lower bound of the estimated noise of a coordinate, px: 0.001 to 100; default 0.15. The bound keeps the information
+    /// finite on data without noise.
     pub noise_floor_px: f32,
-    /// Huber threshold of the row offset in the paper preset, px: finite and above 0; default 1. A larger value lets
-    /// outliers bias the result; a smaller one discards the information of good matches. In both presets a match
-    /// fits a calibration if its row offset is within three thresholds, or within 4.2 times the noise of a
-    /// coordinate if that is more.
+    /// Threshold of row offsets, px: finite and above 0; default 1. A match fits a calibration if its row offset is within
+    /// three thresholds, or within 4.2 times the noise of a coordinate if that is more.
     pub huber_threshold_px: f32,
-    /// Step below which the solver of the paper preset has converged, rad: up to 0.1; default 1e-9. A value below the
-    /// resolution of `f32`, about 1e-6, acts as 1e-6.
-    pub step_tolerance_rad: f32,
-    /// Largest standard deviation of the least certain direction of a fused pair, rad: finite and above 0; default
-    /// 0.12. Paper preset.
-    pub max_sd_rad: f32,
     /// Largest row offset in use at which a rig may arm, px: above 0, or infinite; default 1.
     pub rows_limit_px: f32,
     /// Largest expected error of disparity at which a rig may arm, px: above 0, or infinite for a rig that uses no metric
@@ -87,11 +55,9 @@ pub struct selfcal_config_t {
     /// Least share of the matches that fit the pair's own pose that must fit the calibration in use: up to 1; default
     /// 0.7.
     pub coverage_limit: f32,
-    /// A `selfcal_angle_t`. Paper preset.
-    pub angle: u32,
-    /// A `selfcal_lens_tracking_t`. Robust preset with a lens prior.
+    /// A `selfcal_lens_tracking_t`. With a lens prior only.
     pub lens_tracking: u32,
-    /// 1 if `lens_prior` replaces the default deviations of the lens models, otherwise 0. Robust preset.
+    /// 1 if `lens_prior` replaces the default deviations of the lens models, otherwise 0.
     pub has_lens_prior: u32,
     /// Standard deviations of the given lens models, which `sd_lens` of the proposal covers. All 0 take the lens models
     /// as exact; disagreeing image halves then forbid to apply the estimate (`SELFCAL_REASON_BIASED`).
@@ -125,11 +91,9 @@ impl ConfigFault {
             Self::Parameter(error) => match error {
                 ConfigError::HuberThreshold => c"huber_threshold_px is not finite or not above 0",
                 ConfigError::MaxPasses => c"max_passes is below 2",
-                ConfigError::StepTolerance => c"step_tolerance_rad is not within 0 to 0.1",
                 ConfigError::MinCorrespondences => c"min_correspondences is below 6",
                 ConfigError::NoiseFloor => c"noise_floor_px is outside 0.001 to 100",
                 ConfigError::PriorStandardDeviation => c"prior_sd_rad is not within 1e-4 to 1",
-                ConfigError::MaxStandardDeviation => c"max_sd_rad is not finite or not above 0",
                 ConfigError::Memory => c"memory_pairs is below 20",
                 ConfigError::MaxCorrection => c"max_correction_rad is not above 0 and below 1.5",
                 ConfigError::LensPrior => {
@@ -151,13 +115,8 @@ impl selfcal_config_t {
     /// Returns the configuration of the core, or the fault. It checks all fields, because the caller may have written
     /// any bits.
     pub(crate) fn core(&self) -> Result<Config, ConfigFault> {
-        const PAPER: u32 = selfcal_preset_t::SELFCAL_PRESET_PAPER as u32;
         const COMPENSATE: u32 = selfcal_lens_tracking_t::SELFCAL_LENS_TRACKING_COMPENSATE as u32;
-        let config = match self.preset {
-            0 => Config::robust(),
-            PAPER => Config::paper(),
-            _ => return Err(ConfigFault::Enumeration(c"preset is no value of selfcal_preset_t")),
-        };
+        let config = Config::robust();
         let config = match self.lens_tracking {
             0 => config,
             COMPENSATE => config.with_lens_tracking(LensTracking::Compensate),
@@ -166,7 +125,6 @@ impl selfcal_config_t {
                 return Err(ConfigFault::Enumeration(text));
             }
         };
-        let config = config.with_paper(self.paper()?);
         let config = given(config, self.max_passes, Config::with_max_passes)?;
         let config = given(config, self.min_correspondences, Config::with_min_correspondences)?;
         let config = given(config, self.memory_pairs, Config::with_memory_pairs)?;
@@ -186,22 +144,10 @@ impl selfcal_config_t {
             _ => Err(ConfigFault::Enumeration(c"has_lens_prior is neither 0 nor 1")),
         }
     }
-
-    /// Returns the parameters that only the paper preset has.
-    fn paper(&self) -> Result<Settings, ConfigFault> {
-        const MEDIAN: u32 = selfcal_angle_t::SELFCAL_ANGLE_MEDIAN as u32;
-        let settings = match self.angle {
-            0 => Settings::DEFAULT,
-            MEDIAN => Settings::DEFAULT.with_angle(Central::Median),
-            _ => return Err(ConfigFault::Enumeration(c"angle is no value of selfcal_angle_t")),
-        };
-        let settings = given(settings, self.step_tolerance_rad, Settings::with_step_tolerance_rad)?;
-        Ok(given(settings, self.max_sd_rad, Settings::with_max_sd_rad)?)
-    }
 }
 
 /// Returns the configuration with a parameter set, unless the parameter is 0.
-fn given<C, N: Default + PartialEq>(
+pub(crate) fn given<C, N: Default + PartialEq>(
     config: C,
     value: N,
     with: impl FnOnce(C, N) -> Result<C, ConfigError>,

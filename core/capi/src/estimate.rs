@@ -47,10 +47,6 @@ c_enum! {
     /// One of the five unknowns, in the rectified frame (x along the baseline, z forward).
     #[repr(u32)]
     pub enum selfcal_direction_t {
-        /// none
-        ///
-        /// The paper preset gives no direction.
-        SELFCAL_DIRECTION_NONE = 15000,
         /// pitch
         ///
         /// Rotation of `R` about x: shifts all rows alike.
@@ -164,18 +160,15 @@ impl From<LensEstimate<f32>> for selfcal_lens_estimate_t {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct selfcal_weakest_t {
-    /// The direction; `SELFCAL_DIRECTION_NONE` in the paper preset.
+    /// The direction.
     pub direction: selfcal_direction_t,
-    /// Its standard deviation, rad; 0 in the paper preset.
+    /// Its standard deviation, rad.
     pub sd_rad: f32,
 }
 
-impl From<Option<(Direction, f32)>> for selfcal_weakest_t {
-    fn from(weakest: Option<(Direction, f32)>) -> Self {
-        match weakest {
-            Some((direction, sd_rad)) => Self { direction: direction.into(), sd_rad },
-            None => Self { direction: selfcal_direction_t::SELFCAL_DIRECTION_NONE, sd_rad: 0.0 },
-        }
+impl From<(Direction, f32)> for selfcal_weakest_t {
+    fn from((direction, sd_rad): (Direction, f32)) -> Self {
+        Self { direction: direction.into(), sd_rad }
     }
 }
 
@@ -202,22 +195,20 @@ pub struct selfcal_proposal_t {
     pub sd: selfcal_sd_t,
     /// Reported standard deviations with the lens models uncertain by `lens_prior` of `selfcal_config_t`.
     pub sd_lens: selfcal_sd_t,
-    /// Whether `lens` is valid; false in the paper preset and without a lens prior.
+    /// Whether `lens` is valid; false without a lens prior.
     pub has_lens: bool,
     /// Errors of the lens models; 0 if they are not valid.
     pub lens: selfcal_lens_estimate_t,
-    /// Whether `covariance` is valid; false in the paper preset.
-    pub has_covariance: bool,
-    /// Covariance, rad^2, symmetric; 0 if it is not valid. Order: rotation of `R` about x, y, z,
+    /// Covariance, rad^2, symmetric. Order: rotation of `R` about x, y, z,
     /// rotation of the baseline about y, z, in the rectified frame.
     pub covariance: [[f32; 5]; 5],
     /// Apparent yaw `a` of the lenses, rad: the right row is below the left one by `a x y`, at unit depth.
     pub lens_yaw: selfcal_finding_t,
     /// The least certain direction, with the lens models uncertain as in `sd_lens`.
     pub weakest: selfcal_weakest_t,
-    /// Motion of the rig about the estimate; 0 in the paper preset.
+    /// Motion of the rig about the estimate.
     pub vibration: selfcal_vibration_t,
-    /// State of the estimate. The paper preset is locked from the first pair on.
+    /// State of the estimate.
     pub state: selfcal_state_t,
     /// Reasons not to rely on the estimate: sum of `selfcal_reason_t`.
     pub reasons: u32,
@@ -238,9 +229,8 @@ impl From<&Proposal<f32>> for selfcal_proposal_t {
             sd_lens: proposal.sd_lens.into(),
             has_lens: proposal.lens.is_some(),
             lens: proposal.lens.map(Into::into).unwrap_or_default(),
-            has_covariance: proposal.covariance.is_some(),
             // nalgebra stores columns.
-            covariance: proposal.covariance.unwrap_or_default().transpose().into(),
+            covariance: proposal.covariance.transpose().into(),
             lens_yaw: proposal.lens_yaw.into(),
             weakest: proposal.weakest().into(),
             vibration: proposal.vibration.into(),

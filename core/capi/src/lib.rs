@@ -14,7 +14,7 @@
 //! One contract holds for all functions. Each pointer is null, or points to a live object of its type that
 //! no other thread or interrupt touches during the call, and that does not overlap the other objects of the
 //! call. The functions refuse null and misaligned pointers, and storage without a prior
-//! `selfcal_init`, `selfcal_link_init`, `selfcal_tracks_init` or `selfcal_frame_begin`.
+//! `selfcal_init`, `selfcal_link_init`, `selfcal_tracks_init`, `selfcal_paper_init` or `selfcal_frame_begin`.
 
 #![no_std]
 #![deny(
@@ -52,6 +52,7 @@ mod lifecycle;
 mod link;
 mod marked;
 mod pair;
+mod paper;
 mod pointer;
 mod push;
 mod record;
@@ -77,6 +78,7 @@ pub use lens::*;
 pub use lifecycle::*;
 pub use link::*;
 pub use pair::*;
+pub use paper::*;
 pub use push::*;
 pub use record::*;
 pub use rectify::*;

@@ -20,7 +20,7 @@ c_enum! {
         /// no descent
         ///
         /// No step lowers the cost, so this is the optimum within the resolution of `f32`; or the normal equations have
-        /// no solution (robust preset).
+        /// no solution.
         SELFCAL_STOP_NO_DESCENT = 11001,
         /// passes spent
         ///
@@ -93,7 +93,7 @@ pub struct selfcal_report_t {
     pub information: [[f32; 5]; 5],
     /// Why the solver stopped.
     pub stop: selfcal_stop_t,
-    /// Passes taken over the batch. The paper preset does not count the evaluation pass.
+    /// Passes taken over the batch. The published method does not count the evaluation pass.
     pub passes: u16,
     /// Number of correspondences in front of both rectified cameras.
     pub usable: u32,
@@ -109,8 +109,7 @@ pub struct selfcal_report_t {
     pub rms_px_before: f32,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: f32,
-    /// Estimated noise, standard deviation, px: of a coordinate in the robust preset, of a row
-    /// offset in the paper preset.
+    /// Estimated noise, standard deviation, px: of a coordinate; in the published method of a row offset.
     pub noise_px: f32,
 }
 
@@ -176,7 +175,10 @@ impl From<&Outcome<f32>> for selfcal_outcome_t {
 }
 
 /// Writes an outcome. Returns the error of a pair that is not fused.
-fn end(outcome: &Outcome<f32>, place: Out<selfcal_outcome_t>) -> Result<(), selfcal_error_t> {
+pub(crate) fn end(
+    outcome: &Outcome<f32>,
+    place: Out<selfcal_outcome_t>,
+) -> Result<(), selfcal_error_t> {
     place.set(outcome.into());
     outcome.fused.map(|_| ()).map_err(Into::into)
 }

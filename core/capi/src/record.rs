@@ -16,7 +16,7 @@ const _: () =
 /// Writes the calibration in use and the estimate as a record for non-volatile memory. The estimate is a prior: pose
 /// and covariance, noise, vibration, and the knowledge of lens and mount. The record also contains the generation, the
 /// calibration that `selfcal_undo` returns to, and whether the calibrator is frozen. It omits the factory calibration
-/// (see `selfcal_factory_to_record`), the batch, a pair that is being solved, and the estimate of the paper preset.
+/// (see `selfcal_factory_to_record`), the batch, and a pair that is being solved.
 ///
 /// The record has a layout number and a checksum, and the same bytes on every machine. Keep the previous
 /// record until the new one is written: `selfcal_restore` detects a record that a loss of power has cut

@@ -35,7 +35,7 @@ c_enum! {
         ///
         /// The calibration in use has not fitted two pairs in a row, or two pairs in a row have missed it since, or no
         /// pair could be solved for ten pairs. Forbids arming.
-        SELFCAL_REASON_EVIDENCE = 0x2000_0000,
+        SELFCAL_REASON_EVIDENCE = 0x80_0000,
         /// depth in use uncertain
         ///
         /// `depth_px` is above its limit. Forbids arming.
@@ -67,11 +67,6 @@ c_enum! {
         ///
         /// The scene has hardly moved since the last pair that was added, and the pair adds no evidence.
         SELFCAL_REASON_REPEATED = 0x40_0000,
-        /// axis of the rotation is noise
-        ///
-        /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise, or the
-        /// pairs do not agree on an axis.
-        SELFCAL_REASON_AXIS = 0x80_0000,
         /// yaw not confirmed
         ///
         /// The standard deviation of the apparent yaw of the lens is above 0.1 degrees: neither the factory calibration

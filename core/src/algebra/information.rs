@@ -8,8 +8,6 @@ use nalgebra::{Matrix5, Vector5};
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
 use crate::thresholds::{MIN_CONDITION, POWER_ITERATIONS};
-#[cfg(feature = "paper")]
-use crate::thresholds::{SIGNIFICANT, paper::MAX_DISPARITY_NOISE};
 
 /// Symmetric positive semi-definite 5 x 5 sum of `w J J^T`, 1/rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,39 +52,6 @@ impl<T: Scalar> Information<T> {
         Self(self.0.scaled(factor))
     }
 
-    /// Returns the weighted sum of the squared disparities caused by a yaw error (rotation about y) of one standard
-    /// deviation: `H_pitch / H_yaw`, dimensionless. `H_pitch` is about the sum of the weights, and `1 / H_yaw` is the
-    /// variance of yaw.
-    #[cfg(feature = "paper")]
-    fn yaw_share(&self) -> T {
-        let [pitch, yaw, ..] = self.0.diagonal();
-        pitch / yaw
-    }
-
-    /// Returns the information without the bias of noise in the block of the baseline. The derivatives in this block
-    /// are disparities, which are only noise for points at infinity.
-    ///
-    /// * `weight`: sum of the weights.
-    /// * `variance`: variance of a disparity, in the unit of the sum.
-    ///
-    /// `None` if noise and a yaw error exceed the share [`MAX_DISPARITY_NOISE`] of the squared disparities. Yaw changes
-    /// all disparities alike and hardly changes rows. The assumed yaw error is [`SIGNIFICANT`] standard deviations.
-    #[cfg(feature = "paper")]
-    pub(crate) fn less_disparity_noise(&self, weight: T, variance: T) -> Option<Self> {
-        let [.., squares] = self.0.diagonal();
-        let alike = T::lit(SIGNIFICANT * SIGNIFICANT) * self.yaw_share();
-        if !(variance * (weight + alike) <= squares * T::lit(MAX_DISPARITY_NOISE)) {
-            return None;
-        }
-        let share = T::ONE - variance * weight / squares;
-        let mut unbiased = *self;
-        let h = &mut unbiased.0.0;
-        h[9] *= share;
-        h[13] *= share;
-        h[14] *= share;
-        Some(unbiased)
-    }
-
     /// Returns the full matrix `H`, 1/rad^2.
     pub fn matrix(&self) -> Matrix5<T> {
         self.0.matrix()
@@ -129,12 +94,6 @@ impl<T: Scalar> Information<T> {
             // The test is written so that a NaN fails it.
             largest_inverse * T::lit(MIN_CONDITION) <= T::ONE
         })
-    }
-
-    /// Returns the solution `x` of `(H + damping diag H) x = -gradient`, rad. `None` if a pivot is not positive or not
-    /// finite.
-    pub(crate) fn damped_step(&self, damping: T, gradient: &Vector5<T>) -> Option<Vector5<T>> {
-        Some(-self.0.factor(damping)?.solve(gradient))
     }
 }
 

@@ -4,6 +4,7 @@ pub(crate) mod block_variances;
 mod change_frame;
 pub(crate) mod disparity_noise;
 pub(crate) mod information;
+pub(crate) mod lens_prior;
 pub(crate) mod lens_terms;
 pub(crate) mod moments;
 pub(crate) mod normal_equations;

@@ -248,5 +248,4 @@ pub(super) fn without_lens<T: Scalar>(products: [T; 9]) -> Vector12<T> {
 }
 
 #[cfg(test)]
-#[cfg(feature = "paper")]
 mod tests;

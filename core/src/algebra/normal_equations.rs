@@ -79,7 +79,7 @@ impl<T: Scalar> NormalEquations<T> {
 
     /// Returns the step to the optimum, `-H^-1 g`, rad; `None` if a direction is free.
     pub(crate) fn step(&self) -> Option<Vector5<T>> {
-        self.information.damped_step(T::ZERO, &self.gradient)
+        Some(-self.information.0.factor(T::ZERO)?.solve(&self.gradient))
     }
 
     /// Returns the model with the baseline held fixed: the baseline has unit information, no gradient, and no

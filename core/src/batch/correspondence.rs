@@ -5,9 +5,10 @@ use nalgebra::Vector2;
 use super::grid::Cell;
 use super::row_grid::step_of;
 use super::short_float::ShortFloat;
-use crate::error::{CameraError, PushError, Side, UndistortError};
+use crate::error::{PushError, Side, UndistortError};
 use crate::geometry::camera::{Camera, CameraRay};
-use crate::geometry::lens_correction::{LensCorrection, RayChange};
+use crate::geometry::cameras::Cameras;
+use crate::geometry::lens_correction::RayChange;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_TANGENT;
 
@@ -186,34 +187,7 @@ impl<T: Scalar> RayPair<T> {
     }
 }
 
-/// The two cameras of a rig.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-#[cfg_attr(feature = "serde", serde(bound(deserialize = "T: Scalar + serde::Deserialize<'de>")))]
-pub struct Cameras<T> {
-    /// Left camera.
-    pub left: Camera<T>,
-    /// Right camera.
-    pub right: Camera<T>,
-}
-
 impl<T: Scalar> Cameras<T> {
-    /// Returns the mean focal length of both cameras, px. Its product with a row offset at unit depth is the row offset
-    /// in px.
-    pub fn mean_focal(&self) -> T {
-        (self.left.mean_focal() + self.right.mean_focal()) * T::HALF
-    }
-
-    /// Returns the cameras with the lens model of the right camera corrected. A pinhole model becomes radial-tangential
-    /// if the correction has a `k1`.
-    ///
-    /// # Errors
-    /// [`CameraError`] names the quantity that the correction moves out of range.
-    pub fn corrected(&self, correction: &LensCorrection<T>) -> Result<Self, CameraError> {
-        Ok(Self { right: self.right.corrected(correction)?, ..*self })
-    }
-
     /// Undistorts one correspondence. Cost: two undistortions, each with a bounded number of iterations.
     ///
     /// # Errors
@@ -268,7 +242,12 @@ impl<T: Scalar> Cameras<T> {
         let right =
             self.right.ray_of_checked(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?;
         let tag = c.score_steps() | (cell.bits() << SCORE_BITS);
-        Ok(RayPair::of(&left, &right, tag, GRID_STEP.code(step_of(c))))
+        Ok(RayPair::of(
+            &left,
+            &right,
+            tag,
+            GRID_STEP.code(step_of([c.left[1], c.right[1]], c.grid_step)),
+        ))
     }
 
     /// Returns the rays of the pixels of one point, with score 1 and continuous coordinates.

@@ -9,8 +9,8 @@ mod shift;
 mod short_float;
 pub(crate) mod sides;
 
+use correspondence::Correspondence;
 pub use correspondence::RayPair;
-use correspondence::{Cameras, Correspondence};
 use grid::CellSet;
 use nalgebra::Vector2;
 use row_grid::{RowGrid, Rows};
@@ -18,10 +18,10 @@ use row_offset::is_within_rows;
 pub use row_offset::row_offset;
 use selection::{MAX_MEMBERS, Priority, Selection, ray_bits};
 
-use crate::error::{PushError, Rejection, UndistortError};
+use crate::error::{PushError, UndistortError};
+use crate::geometry::cameras::Cameras;
 use crate::geometry::lens_correction::RayChange;
 use crate::geometry::rectification::RectifyingRotations;
-use crate::outcome::cause::Cause;
 use crate::scalar::Scalar;
 use crate::thresholds::{JUDGED, TIE_PX};
 use shift::Shift;
@@ -272,23 +272,14 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.seen = CellSet::NONE;
     }
 
-    /// Returns the setup mistake that the pixels show. Either most matches since the last [`Batch::clear`] were
-    /// refused; or all matches so far fill the upper left quarter of the left image and nothing else.
-    pub(crate) fn cause(&self) -> Option<Cause> {
-        if self.refused > self.offered() / 2 {
-            let most_without_ray = self.without_ray > self.refused / 2;
-            Some(if most_without_ray { Cause::FocalLength } else { Cause::SmallerImages })
-        } else {
-            self.seen.fills_a_corner().then_some(Cause::LargerImages)
-        }
+    /// Returns the number of refused correspondences with a pixel at which the lens model is not invertible.
+    pub(crate) fn without_ray(&self) -> u32 {
+        self.without_ray
     }
 
-    /// Returns the setup mistake that an unsolved pair shows.
-    ///
-    /// * `why`: reason for the failure; `size`: width and height of the left image, px.
-    pub(crate) fn cause_of(&self, why: Rejection, size: [u16; 2]) -> Option<Cause> {
-        let transposed = self.refused > 0 && self.seen.is_of_the_square(size);
-        self.cause().or_else(|| Cause::of_unsolved(why, transposed, self.is_moved_alike()))
+    /// Returns the cells that contained matches in this batch or in earlier ones since the last reset.
+    pub(crate) fn seen(&self) -> CellSet {
+        self.seen
     }
 
     /// Returns the sum and the number of the scores of the matches with the most frequent displacement; see

@@ -1,7 +1,6 @@
 //! The grid of the rows, as exact ties show it (`ESTIMATOR.md`, section 4). Rows that a matcher measures continuously
 //! never tie. Rows on a grid often do, and rows that it did not measure always do: it searched along them.
 
-use crate::batch::correspondence::Correspondence;
 use crate::scalar::Scalar;
 use crate::thresholds::{COARSE_STEP_PX, MAX_ROW_STEP_PX, MIN_TIED, MOST_TIED};
 
@@ -58,14 +57,13 @@ impl RowGrid {
 }
 
 /// Returns the step of the grid that the rows of one match lie on, px: 1 if both are whole, 1/2 if both are whole or
-/// half, else the stated step. A stated step from [`COARSE_STEP_PX`] on is not tested, because the rows of coarse steps
+/// half, else the stated step. A step stated from [`COARSE_STEP_PX`] on is not tested, because the rows of coarse steps
 /// are often whole by chance.
-pub(super) fn step_of<T: Scalar>(c: &Correspondence<T>) -> T {
+pub(super) fn step_of<T: Scalar>([left, right]: [T; 2], stated: T) -> T {
     let is_whole = |v: T| T::count(v.to_u16().into()) == v;
-    let ([_, left], [_, right]) = (c.left, c.right);
     // A continuous row fails the first test.
-    if !is_whole(left + left) || c.grid_step >= T::lit(COARSE_STEP_PX) || !is_whole(right + right) {
-        c.grid_step
+    if !is_whole(left + left) || stated >= T::lit(COARSE_STEP_PX) || !is_whole(right + right) {
+        stated
     } else if is_whole(left) && is_whole(right) {
         T::ONE
     } else {
@@ -104,11 +102,7 @@ mod tests {
 
     #[test]
     fn whole_and_half_rows_lie_on_a_grid_unless_the_matcher_states_its_step() {
-        let step = |left, right, grid_step| {
-            let c =
-                Correspondence { left: [3.5, left], right: [1.25, right], score: 1.0, grid_step };
-            step_of::<f32>(&c)
-        };
+        let step = |left, right, stated| step_of::<f32>([left, right], stated);
         assert_eq!([step(7.0, 8.0, 0.0), step(0.0, 0.0, 0.0), step(0.0, 32_767.0, 0.0)], [1.0; 3]);
         assert_eq!([step(7.5, 8.0, 0.0), step(7.5, 8.5, 0.0)], [0.5; 2]);
         assert_eq!([step(7.25, 8.0, 0.0), step(-0.5, 8.0, 0.0)], [0.0; 2]);

@@ -4,10 +4,10 @@ use core::fmt;
 
 use nalgebra::Matrix3;
 
-use super::Calibrator;
-use crate::batch::correspondence::Cameras;
+use super::{Calibrator, context};
 use crate::error::{ApplyError, RectifyError};
 use crate::fusion::lens_reference::LensReference;
+use crate::geometry::cameras::Cameras;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::homography::RectifiedCamera;
 use crate::geometry::lens_correction::CorrectedExtrinsics;
@@ -77,16 +77,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub(super) fn correct_lens(&mut self) -> bool {
         let Some((reference, corrected)) = self.next_lens() else { return false };
         self.corrected = corrected;
-        let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.begin_again(&reference, &context);
+        let context = context(&self.config, &self.factory, &self.fusion);
+        self.fusion.begin_again(&reference, &context);
         self.batch.clear();
         true
     }
 
     /// Returns the corrected lens to begin again with, and the cameras that belong to it.
     fn next_lens(&self) -> Option<(LensReference<T>, Cameras<T>)> {
-        let context = self.estimator.context(&self.config, &self.factory);
-        let reference = self.estimator.next_reference(&context)?;
+        let context = context(&self.config, &self.factory, &self.fusion);
+        let reference = self.fusion.next_reference(&context)?;
         let corrected = self.factory.cameras.corrected(reference.correction()).ok()?;
         Some((reference, corrected))
     }
@@ -112,7 +112,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Replaces the calibration in use, and changes the generation if the calibration changes. Returns whether it
     /// changed.
     #[inline(never)]
-    pub(crate) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
+    pub(super) fn replace_in_use(&mut self, new: CorrectedExtrinsics<T>) -> bool {
         self.next = None;
         let changed = self.in_use != new;
         if changed {

@@ -1,11 +1,12 @@
 //! Steps of a pair, one per call: first the passes of the solver, then the fusion, then the verdict.
 
-use super::{Calibrator, applicable_of};
+use super::{Calibrator, applicable_of, context};
 use crate::batch::row_grid::Rows;
 use crate::batch::row_offset::DIFFERENCE_VARIANCE;
 use crate::config::LensTracking;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
+use crate::outcome::cause::Cause;
 use crate::outcome::pair_report::{Fused, Outcome, PairReport};
 use crate::outcome::verdict::{Evidence, Own, Recent, Verdict};
 use crate::scalar::Scalar;
@@ -38,8 +39,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// The calibration in use never changes. A rejected pair does not change the extrinsics of a confirmed estimate.
     /// After [`Rejection::Disagrees`] the standard deviations of the estimate may be larger, because the pair may show
-    /// a vibration. A rejected pair counts against each estimate that it was compared with. No pair counts in the paper
-    /// preset, and none counts while the calibrator is frozen. A batch with too few matches ([`Rejection::TooFew`] in
+    /// a vibration. A rejected pair counts against each estimate that it was compared with. No pair counts while the
+    /// calibrator is frozen. A batch with too few matches ([`Rejection::TooFew`] in
     /// the first step) is not compared. Effects of the pairs that count:
     /// - A locked estimate becomes [`State::Suspect`], and [`State::Lost`] after ten such pairs in a row. The next pair
     ///   that agrees with the estimate locks it again; if there is a challenger, this may take two such pairs.
@@ -71,8 +72,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if self.measure_rows() == Rows::NotMeasured && is_enough {
             return Some(self.unsolved(Rejection::RowsNotMeasured));
         }
-        let context = self.estimator.context(&self.config, &self.factory);
-        if let Err(why) = self.estimator.begin(&context, self.batch.pairs()) {
+        let context = context(&self.config, &self.factory, &self.fusion);
+        if let Err(why) = self.fusion.begin(&context, self.batch.pairs()) {
             return Some(self.unsolved(why));
         }
         self.step = Step::Solving;
@@ -81,7 +82,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Returns how the matcher has measured the rows of the batch.
     fn measure_rows(&mut self) -> Rows<T> {
-        let (in_use, rays) = (&self.in_use, self.estimator.correction());
+        let (in_use, rays) = (&self.in_use, *self.fusion.reference().correction());
         let change = (in_use.correction != rays).then(|| rays.change_to(&in_use.correction));
         let rotations = RectifyingRotations::from(&in_use.extrinsics);
         self.batch.measure_rows(&rotations, change.as_ref(), self.factory.cameras.mean_focal())
@@ -89,8 +90,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     #[inline(never)]
     fn take_pass(&mut self) -> Option<Outcome<T>> {
-        let context = self.estimator.context(&self.config, &self.factory);
-        match self.estimator.advance(&context, self.batch.pairs(), self.frozen) {
+        let context = context(&self.config, &self.factory, &self.fusion);
+        match self.fusion.advance(&context, self.batch.pairs(), self.frozen) {
             Ok(is_solved) => self.step = if is_solved { Step::Solved } else { Step::Solving },
             Err(why) => self.step = Step::Judging { solved: false, fused: Err(why) },
         }
@@ -129,9 +130,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     fn finish(&mut self, fused: Result<Fused, Rejection>) -> Outcome<T> {
         let pair = self.report().ok();
         if self.frozen {
-            self.estimator.discard();
+            self.fusion.discard();
         } else {
-            self.estimator.close();
+            self.fusion.close();
         }
         let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
         if corrects && self.correct_lens() {
@@ -151,15 +152,15 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     #[inline(never)]
     fn report(&mut self) -> Result<PairReport<T>, Rejection> {
-        let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.report(&context, self.batch.pairs())
+        let context = context(&self.config, &self.factory, &self.fusion);
+        self.fusion.report(&context)
     }
 
     /// Ends a pair that could not be solved, and counts the mistake that it shows, unless the calibrator is frozen.
     /// Keeps the matches of a frame that is still arriving.
     pub(super) fn unsolved(&mut self, why: Rejection) -> Outcome<T> {
         let size = self.factory.cameras.left.intrinsics().size;
-        if let Some(cause) = self.batch.cause_of(why, size).filter(|_| !self.frozen) {
+        if let Some(cause) = Cause::of_unsolved(&self.batch, why, size).filter(|_| !self.frozen) {
             self.causes.add(cause);
         }
         if !self.batch.is_arriving() {
@@ -177,7 +178,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         // By reference: moving the proposal out of the option would take its stack space twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref();
-        let rows_px = self.estimator.noise() * T::lit(DIFFERENCE_VARIANCE).sqrt();
+        let rows_px = self.fusion.noise() * T::lit(DIFFERENCE_VARIANCE).sqrt();
         let alike = self.batch.is_moved_alike() && !self.relief.is_shown();
         let of_estimate =
             || proposal.and_then(|found| found.cause(&self.config.lens_prior, rows_px, alike));
@@ -185,11 +186,11 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             config: &self.config,
             in_use: &self.in_use,
             proposal,
-            rays: self.estimator.correction(),
+            rays: *self.fusion.reference().correction(),
             focal: self.factory.cameras.mean_focal(),
-            state: self.estimator.state(),
-            repeated: self.estimator.is_repeated(),
-            cause: self.batch.cause().or_else(of_estimate),
+            state: self.fusion.state(),
+            repeated: self.fusion.is_repeated(),
+            cause: Cause::of_pixels(&self.batch).or_else(of_estimate),
             likeliest: self.causes.likeliest(),
         };
         self.next = proposal.and_then(|proposal| applicable_of(proposal).ok());
@@ -201,7 +202,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Forgets the last pairs and their verdict.
-    pub(crate) fn forget_verdict(&mut self) {
+    pub(super) fn forget_verdict(&mut self) {
         (self.recent, self.verdict, self.next) = (Recent::NONE, Verdict::NONE, None);
     }
 
@@ -211,12 +212,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if self.frozen {
             return Err(Rejection::Frozen);
         }
-        let context = self.estimator.context(&self.config, &self.factory);
-        let fused = self.estimator.fuse(&context, self.batch.pairs());
-        if fused.is_ok() && !self.estimator.is_repeated() && self.batch.is_moved_alike() {
+        let context = context(&self.config, &self.factory, &self.fusion);
+        let fused = self.fusion.fuse(&context, self.batch.pairs());
+        if fused.is_ok() && !self.fusion.is_repeated() && self.batch.is_moved_alike() {
             self.relief.add(self.batch.spread());
         }
-        match (fused, self.batch.cause()) {
+        match (fused, Cause::of_pixels(&self.batch)) {
             (Ok(_), Some(cause)) => self.causes.add(cause),
             _ if self.state() == State::Locked => self.causes.forget(),
             _ => {}

@@ -1,6 +1,6 @@
 //! Witnesses of the mount yaw: measurements that separate it from the apparent yaw of the lens.
 
-use super::Calibrator;
+use super::{Calibrator, context};
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::is_within_rows;
 use crate::depth::motion::{MotionFit, Views};
@@ -24,7 +24,7 @@ type Progress = Result<Option<Witnessed>, MotionError>;
 /// A witness that contradicts the present yaw waits ([`Witnessed::Waiting`]). The present yaw is replaced once enough
 /// contradicting witnesses in a row agree with each other: more than support the present yaw, which takes two to four.
 /// [`crate::outcome::Details`] counts the witnesses that wait, and the witnesses that are refused because they
-/// contradict mount and lens. The paper preset refuses every witness.
+/// contradict mount and lens.
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Adds a point of known distance. Its own match ([`RangeReading::right`]) gives the yaw. Without a match of its
     /// own, the nearest match of the last pair within 3 px in the left image gives it. The match must fit the estimate.
@@ -44,12 +44,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let ray = cameras.left.ray(reading.pixel).map_err(RangeError::Pixel)?;
         let own = reading.right.map(|right| cameras.pair(reading.pixel, right));
         let own = own.transpose().map_err(RangeError::Pixel)?;
-        if self.frozen || self.estimator.state() != State::Locked {
+        if self.frozen || self.fusion.state() != State::Locked {
             return Err(RangeError::NotLocked);
         }
-        let context = &self.estimator.context(&self.config, &self.factory);
-        let (pose, rows) = self.estimator.rows(context).ok_or(RangeError::NotLocked)?;
-        let noise = self.estimator.noise() / context.focal;
+        let context = &context(&self.config, &self.factory, &self.fusion);
+        let (pose, rows) = self.fusion.rows(context).ok_or(RangeError::NotLocked)?;
+        let noise = self.fusion.noise() / context.focal;
         let reach = T::lit(RANGE_REACH_PX) / context.focal;
         let most = T::lit(SIGNIFICANT) * (noise + noise);
         let pair = match own {
@@ -60,8 +60,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let noise = noise * pair.scale();
         let known = reading.inverse_depth(&ray, baseline_m);
         let [turn, variance] = known.turn(&pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
-        let mount = self.estimator.mount_mut().ok_or(RangeError::NotLocked)?;
-        let witnessed = mount.witness(rows.turn + turn, variance, &rows, context);
+        let witnessed = self.fusion.mount_mut().witness(rows.turn + turn, variance, &rows, context);
         let [count, _] = &mut self.contradicting;
         count_contradiction(count, witnessed);
         let witnessed = witnessed.ok_or(RangeError::Contradicts)?;
@@ -124,16 +123,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Takes one step of a fit, and adds its result once there is one.
     #[inline(never)]
     fn advance_motion(&mut self, fit: &mut MotionFit<T>, tracked: &[[RayPair<T>; 2]]) -> Progress {
-        if self.frozen || self.estimator.state() != State::Locked {
+        if self.frozen || self.fusion.state() != State::Locked {
             return Err(MotionError::NotLocked);
         }
         if tracked.len() < self.config.min_correspondences.into() {
             return Err(MotionError::TooFew);
         }
-        let context = &self.estimator.context(&self.config, &self.factory);
-        let (pose, rows) = self.estimator.rows(context).ok_or(MotionError::NotLocked)?;
-        let noise = self.estimator.noise() * T::lit(TRACK_NOISE) / context.focal;
-        let change = LensCorrection::NONE.change_to(&self.estimator.correction());
+        let context = &context(&self.config, &self.factory, &self.fusion);
+        let (pose, rows) = self.fusion.rows(context).ok_or(MotionError::NotLocked)?;
+        let noise = self.fusion.noise() * T::lit(TRACK_NOISE) / context.focal;
+        let change = LensCorrection::NONE.change_to(self.fusion.reference().correction());
         let Some(found) = fit.advance(&Views { pose: &pose, change, noise }, tracked)? else {
             return Ok(None);
         };
@@ -141,8 +140,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if !(found.variance <= most * most) {
             return Err(MotionError::NoMotion);
         }
-        let mount = self.estimator.mount_mut().ok_or(MotionError::NotLocked)?;
-        let witnessed = mount.witness(rows.turn + found.turn, found.variance, &rows, context);
+        let witnessed =
+            self.fusion.mount_mut().witness(rows.turn + found.turn, found.variance, &rows, context);
         let [_, count] = &mut self.contradicting;
         count_contradiction(count, witnessed);
         let witnessed = witnessed.ok_or(MotionError::Contradicts)?;

@@ -52,7 +52,7 @@ use key_frame::KeyFrame;
 use lens_reference::LensReference;
 use vibration::VibrationEstimator;
 
-/// State of the robust method.
+/// State of the estimator.
 #[derive(Debug, Clone)]
 pub(crate) struct Fusion<T: Scalar> {
     hypotheses: Hypotheses<T>,
@@ -117,6 +117,7 @@ impl<T: Scalar> Fusion<T> {
     /// Returns the lens reference with which to restart. `None` if no restart is due: the configuration does not
     /// compensate the lens ([`LensTracking::Compensate`]), the estimate is not locked or has too few pairs, or a
     /// restart gains nothing.
+    #[inline(never)]
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         let compensates = context.config.lens_tracking == LensTracking::Compensate;
         let hypothesis = self.hypotheses.champion()?;
@@ -142,6 +143,7 @@ impl<T: Scalar> Fusion<T> {
     ///
     /// # Errors
     /// [`Rejection::TooFew`]: too few correspondences, or too few in front of both cameras. The batch is abandoned.
+    #[inline(never)]
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
@@ -171,6 +173,7 @@ impl<T: Scalar> Fusion<T> {
     ///
     /// # Errors
     /// [`Rejection`]; the batch is abandoned. [`Rejection::NotBegun`]: there is no batch.
+    #[inline(never)]
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
@@ -200,6 +203,7 @@ impl<T: Scalar> Fusion<T> {
     /// # Errors
     /// [`Rejection::NotBegun`]: there is no solved pair. [`Rejection::Unobservable`]: the pair alone has no valid
     /// optimum; the pair is abandoned.
+    #[inline(never)]
     pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, Rejection> {
         let result = self.association.result().ok_or(Rejection::NotBegun)?;
         let report = result.report(context);
@@ -214,6 +218,7 @@ impl<T: Scalar> Fusion<T> {
     /// # Errors
     /// [`Rejection`]; the sums of the champion are unchanged, and the pair counts against the hypotheses that rejected
     /// it. [`Rejection::NotBegun`]: there is no solved pair.
+    #[inline(never)]
     pub(crate) fn fuse(
         &mut self,
         context: &Context<'_, T>,

@@ -5,9 +5,9 @@
 
 use nalgebra::{Matrix3, Rotation3, Vector2, Vector3};
 
-use crate::batch::correspondence::Cameras;
 use crate::error::{RectifyError, Side};
 use crate::geometry::camera::Camera;
+use crate::geometry::cameras::Cameras;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
 use crate::thresholds::MIN_DEPTH;

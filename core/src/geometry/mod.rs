@@ -4,6 +4,7 @@
 //! Frames have x right, y down, z forward. Rays are at unit depth and dimensionless, pixels are in px, angles in rad.
 
 pub(crate) mod camera;
+pub(crate) mod cameras;
 mod distortion;
 pub(crate) mod extrinsics;
 pub(crate) mod homography;

@@ -1,6 +1,8 @@
 //! The likeliest mistake in rig file or matcher, as pairs and matches show it.
 
+use crate::batch::Batch;
 use crate::error::Rejection;
+use crate::scalar::Scalar;
 use crate::thresholds::{CAUSE_SHARE, MIN_AGREED};
 
 /// A mistake that keeps pairs from agreeing, or their matches from supporting a calibration.
@@ -129,22 +131,44 @@ impl Cause {
         Self::Moments,
     ];
 
-    /// Returns the mistake that an unsolved pair shows; `None` if the matches are not at fault.
+    /// Returns the setup mistake that the pixels of a batch show. Either most matches since the last [`Batch::clear`]
+    /// were refused; or all matches so far fill the upper left quarter of the left image and nothing else.
+    pub(crate) fn of_pixels<T: Scalar, const N: usize>(batch: &Batch<T, N>) -> Option<Self> {
+        if batch.refused() > batch.offered() / 2 {
+            let most_without_ray = batch.without_ray() > batch.refused() / 2;
+            Some(if most_without_ray { Self::FocalLength } else { Self::SmallerImages })
+        } else {
+            batch.seen().fills_a_corner().then_some(Self::LargerImages)
+        }
+    }
+
+    /// Returns the setup mistake that an unsolved pair shows; `None` if the matches are not at fault.
     ///
-    /// * `transposed`: whether pixels were refused, and all accepted matches are in the square that an image and its
-    ///   transpose have in common.
-    /// * `alike`: whether most matches have the same motion between the images.
-    pub(crate) fn of_unsolved(why: Rejection, transposed: bool, alike: bool) -> Option<Self> {
-        let cause = match why {
-            Rejection::Behind => Self::Reversed,
-            Rejection::Columns if transposed => Self::Transposed,
-            Rejection::Columns => Self::Upright,
-            Rejection::NoConsensus | Rejection::Unobservable => Self::Mismatches,
-            Rejection::NoDepth => Self::SameImage,
-            Rejection::RowsNotMeasured => Self::RowsNotMeasured,
-            _ => return None,
+    /// * `why`: reason for the failure; `size`: width and height of the left image, px.
+    pub(crate) fn of_unsolved<T: Scalar, const N: usize>(
+        batch: &Batch<T, N>,
+        why: Rejection,
+        size: [u16; 2],
+    ) -> Option<Self> {
+        let of_failure = || {
+            let cause = match why {
+                Rejection::Behind => Self::Reversed,
+                // Pixels were refused, and all accepted matches are in the square that an image and its transpose have
+                // in common.
+                Rejection::Columns
+                    if batch.refused() > 0 && batch.seen().is_of_the_square(size) =>
+                {
+                    Self::Transposed
+                }
+                Rejection::Columns => Self::Upright,
+                Rejection::NoConsensus | Rejection::Unobservable => Self::Mismatches,
+                Rejection::NoDepth => Self::SameImage,
+                Rejection::RowsNotMeasured => Self::RowsNotMeasured,
+                _ => return None,
+            };
+            Some(if batch.is_moved_alike() { Self::SameImage } else { cause })
         };
-        Some(if alike { Self::SameImage } else { cause })
+        Self::of_pixels(batch).or_else(of_failure)
     }
 }
 

@@ -117,7 +117,7 @@ impl<T: Scalar> Details<T> {
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
         let off = proposed.unknowns_to(&in_use);
-        let yaw_sd = proposal.covariance_lens.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
+        let yaw_sd = proposal.covariance_lens.m22.sqrt();
         Some(Self {
             in_use_px,
             proposed_px,

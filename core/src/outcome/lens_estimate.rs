@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use crate::config::LensPrior;
+use crate::algebra::lens_prior::LensPrior;
 use crate::scalar::Scalar;
 use crate::thresholds::{BAD_PX, GROSS_LENS, SIGNIFICANT};
 

@@ -20,18 +20,18 @@ pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair.
     pub extrinsics: Extrinsics<T>,
     /// Information on `R`, `t`, 1/rad^2: inverse covariance of the M-estimate, without the prior. The information on
-    /// the baseline is 0 if the disparities are only noise; the paper preset refuses such a pair.
+    /// the baseline is 0 if the disparities are only noise; the published method refuses such a pair.
     pub information: Information<T>,
     /// Why the solver stopped.
     pub stop: Stop,
-    /// Number of passes taken. The paper preset does not count the evaluation pass.
+    /// Number of passes taken. The published method does not count the evaluation pass.
     pub passes: u16,
     /// Number of correspondences in front of both rectified cameras.
     pub usable: u32,
     /// Number of correspondences that are left out, because they are not in front of both rectified cameras.
     pub skipped: u32,
     /// Number of usable correspondences that fit the solution and are in front of both cameras at the start. They fit
-    /// within 3 Huber thresholds (paper preset) or within Tukey's limit (robust preset).
+    /// within Tukey's limit, or in the published method within 3 Huber thresholds.
     pub screened: u32,
     /// Cost at the start, computed with the loss of the solution, px^2.
     pub cost_before: T,
@@ -41,8 +41,8 @@ pub struct PairReport<T: Scalar> {
     pub rms_px_before: T,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
-    /// Standard deviation of the noise, estimated from the residuals, px. Robust preset: noise of one coordinate, at
-    /// most 5.5. Paper preset: noise of the row offsets, each clipped at the Huber threshold.
+    /// Standard deviation of the noise, estimated from the residuals, px: of one coordinate, at most 5.5. In the published
+    /// method: of the row offsets, each clipped at the Huber threshold.
     pub noise_px: T,
 }
 

@@ -5,8 +5,8 @@ use core::fmt;
 use nalgebra::{ComplexField, Matrix5, Vector5};
 
 use crate::algebra::information::{StandardDeviations, largest_direction};
+use crate::algebra::lens_prior::LensPrior;
 use crate::algebra::symmetric5::Symmetric5;
-use crate::config::LensPrior;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::LensCorrection;
 use crate::outcome::cause::Cause;
@@ -39,26 +39,24 @@ pub struct Proposal<T: Scalar> {
     pub applicable_correction: LensCorrection<T>,
     /// Number of pairs in the estimate; pairs of a repeated scene count once.
     pub pairs: u32,
-    /// Standard deviations of the error, with the lens models as given. Robust preset: they follow from the
-    /// information, and are increased by drift, by vibration, if the pairs scatter more than the information predicts,
-    /// and if image halves disagree. Paper preset: they follow from the scatter of the pairs and the disagreement of
-    /// axis and angle; after one pair they are the standard deviations of that pair.
+    /// Standard deviations of the error, with the lens models as given. They follow from the information, and are
+    /// increased by drift, by vibration, if the pairs scatter more than the information predicts, and if image halves
+    /// disagree.
     pub sd: StandardDeviations<T>,
     /// Covariance of the five unknowns with the lens models as given, rad^2, in the order of
-    /// [`crate::outcome::Information`] and as [`crate::geometry::RectifyingRotations::unknowns_to`] measures them;
-    /// `None` in the paper preset.
+    /// [`crate::outcome::Information`] and as [`crate::geometry::RectifyingRotations::unknowns_to`] measures them.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
-    pub covariance: Option<Matrix5<T>>,
+    pub covariance: Matrix5<T>,
     /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). Their yaw is the yaw of
-    /// the mount, as rows, factory calibration and witnesses determine it. They equal `sd` in the paper preset, and
+    /// the mount, as rows, factory calibration and witnesses determine it. They equal `sd`
     /// without a lens prior as long as no witness is taken.
     pub sd_lens: StandardDeviations<T>,
     /// Covariance with the lens models uncertain, as `covariance`.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
-    pub covariance_lens: Option<Matrix5<T>>,
-    /// Errors of the lens models that the pairs show; `None` without a lens prior and in the paper preset.
+    pub covariance_lens: Matrix5<T>,
+    /// Errors of the lens models that the pairs show; `None` without a lens prior.
     pub lens: Option<LensEstimate<T>>,
     /// Apparent yaw `a` of the lenses, rad: with `extrinsics` the right row is below the left one by `a x y`, at unit
     /// depth. Rows alone do not separate it from the yaw of the mount. `extrinsics` do not contain it, because depth
@@ -66,19 +64,17 @@ pub struct Proposal<T: Scalar> {
     pub lens_yaw: Finding<T>,
     /// Whether pairs have determined the baseline direction: its variance is at most an eighth of the variance of the
     /// prior. Points more than some thousand baselines away do not observe it, because their disparities are noise.
-    /// Always true in the paper preset, which fuses only pairs that observe it.
     pub baseline_observed: bool,
     /// Whether the pairs fit the estimate clearly better than the calibration in use: their RMS row offset is smaller
-    /// by a tenth, and the two differ by more than chance. `None` in the paper preset. `None` also if the calibration
+    /// by a tenth, and the two differ by more than chance. `None` if the calibration
     /// in use or the estimate belongs to other cameras than the rays of the pairs
     /// ([`crate::LensTracking::Compensate`]), because the sums over the pairs cannot compare the two then.
     pub improves: Option<bool>,
-    /// Reliability of `R`; `baseline_observed` tells whether pairs have determined `t`. The paper preset is locked from
-    /// the first pair on.
+    /// Reliability of `R`; `baseline_observed` tells whether pairs have determined `t`.
     pub state: State,
-    /// Reasons to doubt the matches or, in the paper preset, the axis. They do not follow from the other fields.
+    /// Reasons to doubt the matches. They do not follow from the other fields.
     pub(crate) doubts: Reasons,
-    /// Motion of the rig about the estimate from pair to pair; always [`Vibration::NONE`] in the paper preset.
+    /// Motion of the rig about the estimate from pair to pair.
     pub vibration: Vibration<T>,
 }
 
@@ -115,15 +111,14 @@ impl<T: Scalar> Proposal<T> {
             - self.extrinsics.rotation().matrix().m12)
             * T::HALF;
         let least = T::lit(SIGNIFICANT * SIGNIFICANT);
-        let by_chance = |c: Matrix5<T>| roll * roll <= least * c.m33;
-        !self.baseline_observed && self.covariance.is_some_and(by_chance)
+        let by_chance = roll * roll <= least * self.covariance.m33;
+        !self.baseline_observed && by_chance
     }
 
-    /// Returns the least certain direction and its standard deviation with the lens uncertain, rad; `None` in the paper
-    /// preset.
-    pub fn weakest(&self) -> Option<(Direction, T)> {
-        let (sd, direction) = largest_direction(&Symmetric5::packed(&self.covariance_lens?));
-        Some((Direction::of(&direction), sd))
+    /// Returns the least certain direction and its standard deviation with the lens uncertain, rad.
+    pub fn weakest(&self) -> (Direction, T) {
+        let (sd, direction) = largest_direction(&Symmetric5::packed(&self.covariance_lens));
+        (Direction::of(&direction), sd)
     }
 }
 
@@ -132,10 +127,11 @@ impl<T: Scalar> fmt::Display for Proposal<T> {
     /// direction. If there are any, lens errors, vibration and the reasons against the estimate follow.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { state, extrinsics, sd_lens: sd, pairs, .. } = self;
-        write!(f, "{state}: {extrinsics}, {sd}, {pairs} pairs")?;
-        if let Some((direction, sd)) = self.weakest() {
-            write!(f, ", weakest {direction} {sd:.5} rad")?;
-        }
+        let (direction, weakest) = self.weakest();
+        write!(
+            f,
+            "{state}: {extrinsics}, {sd}, {pairs} pairs, weakest {direction} {weakest:.5} rad"
+        )?;
         if let Some(lens) = self.lens.filter(LensEstimate::is_significant) {
             write!(f, ", lens: {lens}")?;
         }
@@ -192,18 +188,16 @@ mod rows {
 
     use crate::scalar::Scalar;
 
-    #[expect(clippy::ref_option, reason = "serde asks for this signature")]
     pub(super) fn serialize<T: Scalar + Serialize, S: Serializer>(
-        covariance: &Option<Matrix5<T>>,
+        covariance: &Matrix5<T>,
         to: S,
     ) -> Result<S::Ok, S::Error> {
-        covariance.map(|matrix| <[[T; 5]; 5]>::from(matrix.transpose())).serialize(to)
+        <[[T; 5]; 5]>::from(covariance.transpose()).serialize(to)
     }
 
     pub(super) fn deserialize<'de, T: Scalar + Deserialize<'de>, D: Deserializer<'de>>(
         from: D,
-    ) -> Result<Option<Matrix5<T>>, D::Error> {
-        let rows = Option::<[[T; 5]; 5]>::deserialize(from)?;
-        Ok(rows.map(|rows| Matrix5::from(rows).transpose()))
+    ) -> Result<Matrix5<T>, D::Error> {
+        Ok(Matrix5::from(<[[T; 5]; 5]>::deserialize(from)?).transpose())
     }
 }

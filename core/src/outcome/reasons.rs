@@ -44,9 +44,6 @@ pub enum Reason {
     Baseline,
     /// The scene has hardly moved since the last pair that was added, and the pair adds no evidence.
     Repeated,
-    /// Paper preset: the rotation is so close to the identity or to a half turn that its axis is noise, or the pairs do
-    /// not agree on an axis.
-    Axis,
     /// The standard deviation of the apparent yaw of the lens is above 0.1 degrees: rows do not separate this yaw from
     /// the yaw of the mount, and neither the factory calibration nor witnesses determine the latter well enough. The
     /// deviations of yaw and of depth include both yaws.
@@ -57,8 +54,8 @@ pub enum Reason {
 codes! {
     Reason {
         NotLocked = 1, Rows = 2, SecondMode = 4, ImageHalves = 8, Lens = 16, Baseline = 32,
-        Repeated = 64, Axis = 128, Unfit = 256, Biased = 512, Coverage = 1024, Depth = 2048,
-        Yaw = 4096, Evidence = 8192,
+        Repeated = 64, Evidence = 128, Unfit = 256, Biased = 512, Coverage = 1024, Depth = 2048,
+        Yaw = 4096,
     }
 }
 texts! {
@@ -68,14 +65,14 @@ texts! {
         Coverage = "matches do not cover image or calibration in use",
         SecondMode = "second crowd of matches", ImageHalves = "image halves disagree",
         Lens = "lens models off", Baseline = "baseline not observed", Repeated = "repeated scene",
-        Axis = "axis of the rotation is noise", Unfit = "matches do not support it",
+        Unfit = "matches do not support it",
         Biased = "matches biased", Yaw = "yaw not confirmed",
     }
 }
 
 impl Reason {
     /// All reasons; the reasons that forbid arming come first.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 13] = [
         Self::NotLocked,
         Self::SecondMode,
         Self::Biased,
@@ -88,7 +85,6 @@ impl Reason {
         Self::Lens,
         Self::Baseline,
         Self::Repeated,
-        Self::Axis,
         Self::Yaw,
     ];
 }

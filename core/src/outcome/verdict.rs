@@ -262,10 +262,8 @@ impl<T: Scalar> Evidence<'_, T> {
         let Some(proposal) = self.proposal else { return [T::INFINITY; 3] };
         let in_use = RectifyingRotations::from(&self.in_use.extrinsics);
         let off = RectifyingRotations::from(&proposal.extrinsics).unknowns_to(&in_use);
-        let [yaw, forward] = proposal.covariance_lens.map_or(
-            [proposal.sd.rotation, proposal.sd.translation].map(|sd| sd * sd),
-            |covariance| [covariance.m22, covariance.m44],
-        );
+        let Proposal { covariance_lens: lens, .. } = proposal;
+        let [yaw, forward] = [lens.m22, lens.m44];
         let remains = yaw + nearness * forward;
         let all = remains + off.y * off.y + nearness * off.w * off.w;
         [all.sqrt(), remains.sqrt(), off.y.abs()].map(|rad| rad * self.focal)

@@ -6,22 +6,22 @@ use crate::scalar::Scalar;
 ///
 /// It bounds the influence of one gross outlier, but the influences of many add up.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Huber<T> {
+pub(super) struct Huber<T> {
     /// `c_t`, in the unit of the residual.
-    pub(crate) threshold: T,
+    pub(super) threshold: T,
 }
 
 impl<T: Scalar> Huber<T> {
     /// Returns the weight `w_i` of eq 18: 1 within the threshold, `c_t / |e|` beyond.
     #[inline(always)]
-    pub(crate) fn weight(&self, e: T) -> T {
+    pub(super) fn weight(&self, e: T) -> T {
         let size = e.abs();
         if size <= self.threshold { T::ONE } else { self.threshold / size }
     }
 
     /// Returns the loss, whose derivative is `w(e) e`.
     #[inline(always)]
-    pub(crate) fn cost(&self, e: T) -> T {
+    pub(super) fn cost(&self, e: T) -> T {
         let size = e.abs();
         if size <= self.threshold {
             e * e * T::HALF

@@ -6,11 +6,10 @@
 
 use nalgebra::{Unit, Vector3};
 
+use super::Central;
 use super::compensated::Sum;
 use super::median::Median;
 use crate::algebra::information::StandardDeviations;
-
-use crate::config::paper::Central;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::so3;
 use crate::outcome::pair_report::PairReport;
@@ -107,10 +106,6 @@ impl<T: Scalar> MeanDirection<T> {
         squares_r.add(dr.norm_squared());
         self.angle.add(angle - first_rotation.norm());
         self.median.add(angle);
-    }
-
-    pub(super) fn central(&self) -> Central {
-        self.central
     }
 
     /// Returns the number of pairs added.

@@ -1,8 +1,8 @@
-//! The complete published method (eqs 9 to 22), separate from `pair` and `fusion`. It is a reference and a baseline for
-//! comparison.
+//! The complete published method (eqs 9 to 22), separate from the robust estimator. It is a reference and a baseline
+//! for comparison. [`PaperCalibrator`] is its facade.
 //!
-//! - `residual`, `loss`: row offset, derivatives, Huber weight. `solver`, `evaluation`: one pair, from the factory
-//!   extrinsics.
+//! - `residual`, `loss`: row offset, derivatives, Huber weight. `solver`, `evaluation`, `disparity_noise`: one pair, from
+//!   the start extrinsics.
 //! - `gate`, `mean_direction`: many pairs. `compensated`, `median`: their sums and central angle.
 //!
 //! `host-tests/evidence` tests the whole method: `tests/evidence/errata.rs`, and `src/rivals/literal_paper.rs`, a
@@ -30,7 +30,7 @@
 //! axes, and `s*` is the mean or median of the angles. All sums are compensated; all except the sum of the axes are of
 //! differences from the first pair. The median is exact over `MEDIAN_VALUES` angles; then it follows Robbins and Monro,
 //! `m += MEDIAN_STEP mad sign(x - m) / n`. The reported deviations are the standard errors of the means. If the axes
-//! are noise, as near `R = I`, or the angle is close to a half turn, the estimate has `Reason::Axis`.
+//! are noise, as near `R = I`, or the angle is close to a half turn, [`FusedEstimate::axis_is_meaningful`] is false.
 //!
 //! *Errata*, 1 to 9 in this order, each with a test: (14) prints `J_0` with the opposite sign; (12) has `theta_l` for
 //! `theta_r`; (8) lacks a normalisation; the public code returns `+r_r1` for `t`; the text says "insufficiently" small
@@ -38,159 +38,19 @@
 //! survive gross outliers; (12) with `e_0` at weight 1 lets outliers bend the gauge by up to 2.3e-4 rad; (3) exchanges
 //! `p_l` and `p_r`.
 
+mod calibrator;
 mod compensated;
+mod disparity_noise;
 mod evaluation;
 mod gate;
 mod loss;
-pub(crate) mod mean_direction;
+mod mean_direction;
 mod median;
-pub(crate) mod residual;
-pub(crate) mod solver;
+mod residual;
+mod settings;
+mod solver;
 
-use crate::batch::correspondence::RayPair;
-use crate::config::Context;
-pub use crate::config::paper::{Central, Settings};
-use crate::error::Rejection;
-use crate::geometry::lens_correction::LensCorrection;
-use crate::outcome::lens_estimate::Finding;
-use crate::outcome::pair_report::{Fused, PairReport};
-use crate::outcome::proposal::Proposal;
-use crate::outcome::reasons::{Reason, Reasons};
-use crate::outcome::vibration::Vibration;
-use crate::scalar::Scalar;
-use crate::state::State;
+pub use calibrator::PaperCalibrator;
 pub use mean_direction::{FusedEstimate, MeanDirection};
+pub use settings::{Central, Settings};
 pub use solver::HuberSolver;
-
-/// State of the published method.
-#[derive(Debug, Clone)]
-pub(crate) struct Paper<T: Scalar> {
-    fusion: MeanDirection<T>,
-    /// The pair being solved.
-    solver: Option<HuberSolver<T>>,
-    /// The solved pair, until it is fused.
-    solved: Option<PairReport<T>>,
-}
-
-impl<T: Scalar> Paper<T> {
-    pub(crate) const fn new(angle: Central) -> Self {
-        Self { fusion: MeanDirection::new(angle), solver: None, solved: None }
-    }
-
-    /// Forgets all pairs.
-    pub(crate) fn reset(&mut self) {
-        // Assigned from a constant, because a value made here would pass through the stack.
-        self.fusion = match self.fusion.central() {
-            Central::Mean => const { MeanDirection::new(Central::Mean) },
-            Central::Median => const { MeanDirection::new(Central::Median) },
-        };
-        (self.solver, self.solved) = (None, None);
-    }
-
-    /// Discards the pair, whether it is solved or being solved.
-    pub(crate) fn discard(&mut self) {
-        (self.solver, self.solved) = (None, None);
-    }
-
-    /// Begins to solve a batch, and takes its first pass.
-    ///
-    /// # Errors
-    /// [`Rejection::TooFew`], [`Rejection::Unobservable`]; no pair is being solved then.
-    #[inline(never)]
-    pub(crate) fn begin(
-        &mut self,
-        context: &Context<'_, T>,
-        matches: &[RayPair<T>],
-    ) -> Result<(), Rejection> {
-        self.discard();
-        let Context { config, factory, focal, .. } = *context;
-        self.solver = Some(HuberSolver::begin(config, focal, factory, matches)?);
-        Ok(())
-    }
-
-    /// Takes one more pass; returns true, without a pass, once only the evaluation pass is left.
-    ///
-    /// # Errors
-    /// [`Rejection::NotBegun`].
-    pub(crate) fn advance(&mut self, matches: &[RayPair<T>]) -> Result<bool, Rejection> {
-        let solver = self.solver.as_mut().ok_or(Rejection::NotBegun)?;
-        let solved = solver.is_done();
-        if !solved {
-            solver.advance(matches);
-        }
-        Ok(solved)
-    }
-
-    /// Takes the evaluation pass, and returns the report of the pair. Returns it again until [`Self::close`].
-    ///
-    /// # Errors
-    /// [`Rejection`]; there is no pair to fuse then.
-    pub(crate) fn report(&mut self, matches: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
-        if let Some(report) = self.solved {
-            return Ok(report);
-        }
-        let report = self.solver.as_ref().ok_or(Rejection::NotBegun)?.report(matches);
-        self.solver = None;
-        self.solved = report.ok();
-        report
-    }
-
-    /// Fuses the solved pair. Called once for a pair.
-    ///
-    /// # Errors
-    /// [`Rejection`]; the estimate is unchanged.
-    #[inline(never)]
-    pub(crate) fn fuse(
-        &mut self,
-        context: &Context<'_, T>,
-        _: &[RayPair<T>],
-    ) -> Result<Fused, Rejection> {
-        let report = self.solved.ok_or(Rejection::NotBegun)?;
-        gate::admit(context, &report)?;
-        // On a copy, because the mean of pairs within the limit may exceed the limit.
-        let mut fusion = self.fusion.clone();
-        fusion.add(&report);
-        if fusion.estimate().is_some_and(|estimate| !context.allows(&estimate.extrinsics)) {
-            return Err(Rejection::CorrectionLimit);
-        }
-        self.fusion = fusion;
-        Ok(Fused::Added)
-    }
-
-    /// Ends the solved pair.
-    pub(crate) fn close(&mut self) {
-        self.solved = None;
-    }
-
-    pub(crate) fn has_pairs(&self) -> bool {
-        self.fusion.pairs() > 0
-    }
-
-    pub(crate) fn state(&self) -> State {
-        if self.has_pairs() { State::Locked } else { State::Acquiring }
-    }
-
-    /// Returns the estimate; `None` before the first pair, if the directions cancel, or if the mean cannot be
-    /// rectified.
-    pub(crate) fn proposal(&self) -> Option<Proposal<T>> {
-        let estimate = self.fusion.estimate()?;
-        Some(Proposal {
-            lens_yaw: Finding { value: T::ZERO, sd: T::ZERO },
-            vibration: Vibration::NONE,
-            extrinsics: estimate.extrinsics,
-            correction: LensCorrection::NONE,
-            applicable: estimate.extrinsics,
-            applicable_correction: LensCorrection::NONE,
-            pairs: estimate.pairs,
-            sd: estimate.sd,
-            covariance: None,
-            sd_lens: estimate.sd,
-            covariance_lens: None,
-            lens: None,
-            baseline_observed: true,
-            improves: None,
-            state: self.state(),
-            doubts: Reasons::NONE.with(Reason::Axis, !estimate.axis_is_meaningful),
-        })
-    }
-}

@@ -18,17 +18,17 @@ use crate::scalar::Scalar;
 
 /// Residual and derivatives of one correspondence.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Row<T> {
+pub(super) struct Row<T> {
     /// `e_i`, at unit depth.
-    pub(crate) offset: T,
+    pub(super) offset: T,
     /// Derivatives by the turns of `R` about rectified x, y, z, then by the turns of the baseline about y, z.
-    pub(crate) jacobian: [T; 5],
+    pub(super) jacobian: [T; 5],
 }
 
 /// Returns `e_i` and its derivatives by the unknowns of [`RectifyingRotations::stepped`]; `None` if a rectified depth
 /// is below [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH).
 #[inline(always)]
-pub(crate) fn linearised<T: Scalar>(
+pub(super) fn linearised<T: Scalar>(
     rotations: &RectifyingRotations<T>,
     gauge_slope: T,
     pair: &RayPair<T>,
@@ -38,23 +38,23 @@ pub(crate) fn linearised<T: Scalar>(
 
 /// One side of a correspondence: its rectified ray `(u, v)` at unit depth.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct RectifiedRay<T> {
-    pub(crate) u: T,
-    pub(crate) v: T,
+pub(super) struct RectifiedRay<T> {
+    pub(super) u: T,
+    pub(super) v: T,
 }
 
 /// A correspondence after rectification.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct RectifiedPair<T> {
-    pub(crate) left: RectifiedRay<T>,
-    pub(crate) right: RectifiedRay<T>,
+pub(super) struct RectifiedPair<T> {
+    pub(super) left: RectifiedRay<T>,
+    pub(super) right: RectifiedRay<T>,
 }
 
 impl<T: Scalar> RectifiedPair<T> {
     /// Returns the rectified correspondence; `None` if a rectified depth is below
     /// [`MIN_DEPTH`](crate::thresholds::MIN_DEPTH).
     #[inline(always)]
-    pub(crate) fn of(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<Self> {
+    pub(super) fn of(rotations: &RectifyingRotations<T>, pair: &RayPair<T>) -> Option<Self> {
         let (l, r) = (rotations.left().matrix(), rotations.right().matrix());
         let (a, b): (&Vector2<T>, &Vector2<T>) = (&pair.left, &pair.right);
         let [inverse_l, inverse_r] =
@@ -73,7 +73,7 @@ impl<T: Scalar> RectifiedPair<T> {
 
     /// Returns the disparity `u_l - u_r` at unit depth; negative for points behind the cameras.
     #[inline(always)]
-    pub(crate) fn disparity(&self) -> T {
+    pub(super) fn disparity(&self) -> T {
         self.left.u - self.right.u
     }
 
@@ -83,7 +83,7 @@ impl<T: Scalar> RectifiedPair<T> {
     ///
     /// * `gauge_slope`: `s`, turn about x per turn of the baseline about z, dimensionless.
     #[inline(always)]
-    pub(crate) fn row(&self, gauge_slope: T) -> Row<T> {
+    pub(super) fn row(&self, gauge_slope: T) -> Row<T> {
         let (left, right) = (&self.left, &self.right);
         let offset = left.v - right.v;
         let disparity = self.disparity();

@@ -6,6 +6,8 @@
 
 use nalgebra::Vector5;
 
+use super::Settings;
+use super::disparity_noise::less_disparity_noise;
 use super::evaluation::Evaluation;
 use super::loss::Huber;
 use super::residual::linearised;
@@ -13,7 +15,6 @@ use crate::algebra::information::Information;
 use crate::algebra::normal_equations::add_pull;
 use crate::batch::correspondence::RayPair;
 use crate::batch::sides::is_behind;
-use crate::config::Config;
 use crate::error::Rejection;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
@@ -78,15 +79,15 @@ impl<T: Scalar> HuberSolver<T> {
     /// # Errors
     /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
     pub fn begin(
-        config: &Config,
+        settings: &Settings,
         focal: T,
         start: &Extrinsics<T>,
         pairs: &[RayPair<T>],
     ) -> Result<Self, Rejection> {
         let pose = RectifyingRotations::from(start);
-        let loss = Huber { threshold: T::single(config.huber_threshold_px) / focal };
+        let loss = Huber { threshold: T::single(settings.huber_threshold_px) / focal };
         let at_pose = Pass::over(pairs, &pose, loss);
-        let needed = config.min_correspondences.into();
+        let needed = settings.min_correspondences.into();
         if at_pose.usable < needed {
             return Err(Rejection::TooFew { usable: at_pose.usable, needed });
         }
@@ -96,10 +97,10 @@ impl<T: Scalar> HuberSolver<T> {
         Ok(Self {
             focal,
             loss,
-            tolerance: T::single(config.paper.step_tolerance_rad)
+            tolerance: T::single(settings.step_tolerance_rad)
                 .max(T::lit(TOLERANCE_ULPS) * T::EPSILON),
-            noise_floor: T::single(config.noise_floor_px) / focal,
-            max_passes: config.max_passes,
+            noise_floor: T::single(settings.noise_floor_px) / focal,
+            max_passes: settings.max_passes,
             min_usable: needed,
             start: pose,
             cost_before: at_pose.cost,
@@ -133,8 +134,7 @@ impl<T: Scalar> HuberSolver<T> {
     /// Takes one trial step; returns the reason of the stop if this is the last step.
     fn attempt(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         self.passes = self.passes.saturating_add(1);
-        let step = self.at_pose.information.damped_step(self.damping, &self.at_pose.gradient);
-        let trial = step.and_then(|d| {
+        let trial = self.at_pose.step(self.damping).and_then(|d| {
             let pose = self.pose.stepped_by(&d)?;
             Some((d, pose, Pass::over(pairs, &pose, self.loss)))
         });
@@ -207,12 +207,11 @@ impl<T: Scalar> HuberSolver<T> {
         let variance = (evaluated.clipped_squares / (usable - T::lit(5.0)))
             .max(self.noise_floor * self.noise_floor);
         // Row offsets and disparities have the same variance, because both are differences of two coordinates.
-        let information = evaluated
-            .information
-            .less_disparity_noise(T::count(evaluated.inliers), variance)
+        let inliers = T::count(evaluated.inliers);
+        let information = less_disparity_noise(&evaluated.information, inliers, variance)
             .filter(Information::is_observable)
             .ok_or(Rejection::Unobservable)?
-            .scaled(T::count(evaluated.inliers) / (usable * variance));
+            .scaled(inliers / (usable * variance));
         let screened = T::count(evaluated.screened.max(1));
         let rms = |squares: T| (squares / screened).sqrt() * self.focal;
         Ok(PairReport {
@@ -269,6 +268,12 @@ impl<T: Scalar> Pass<T> {
             total.skipped = total.skipped.saturating_add(sums.skipped);
         }
         total
+    }
+
+    /// Returns the solution `x` of `(H + damping diag H) x = -gradient`, rad. `None` if a pivot is not positive or not
+    /// finite.
+    fn step(&self, damping: T) -> Option<Vector5<T>> {
+        Some(-self.information.0.factor(damping)?.solve(&self.gradient))
     }
 
     /// Returns the rounding error of the cost. One part is the rounding of the residuals, which are differences of

@@ -6,10 +6,10 @@ use crate::error::RestoreError;
 use crate::scalar::Scalar;
 
 /// Consecutive numbers of a record: their count, and the least and the largest value of each.
-pub(super) type Range = (usize, f32, f32);
+pub(crate) type Range = (usize, f32, f32);
 
 /// Returns the length of the numbers of these ranges, bytes.
-pub(super) const fn bytes_of(mut ranges: &[Range]) -> usize {
+pub(crate) const fn bytes_of(mut ranges: &[Range]) -> usize {
     let mut bytes = 0;
     while let [(count, _, _), rest @ ..] = ranges {
         (bytes, ranges) = (bytes + 4 * *count, rest);
@@ -18,15 +18,15 @@ pub(super) const fn bytes_of(mut ranges: &[Range]) -> usize {
 }
 
 /// Writer into a record of fixed length.
-pub(super) struct Writer<'a> {
-    pub(super) rest: &'a mut [u8],
+pub(crate) struct Writer<'a> {
+    pub(crate) rest: &'a mut [u8],
 }
 
 impl<'a> Writer<'a> {
     /// Writes the header.
     ///
     /// * `x`, `y`: two bytes whose meaning depends on the kind.
-    pub(super) fn begin(rest: &'a mut [u8], kind: u8, [x, y]: [u8; 2]) -> Self {
+    pub(crate) fn begin(rest: &'a mut [u8], kind: u8, [x, y]: [u8; 2]) -> Self {
         let mut writer = Self { rest };
         writer.word(u32::from_le_bytes(MAGIC));
         writer.word(u32::from_le_bytes([LAYOUT, kind, x, y]));
@@ -34,7 +34,7 @@ impl<'a> Writer<'a> {
     }
 
     #[inline(never)]
-    pub(super) fn word(&mut self, word: u32) {
+    pub(crate) fn word(&mut self, word: u32) {
         if let Some((place, rest)) = core::mem::take(&mut self.rest).split_first_chunk_mut() {
             *place = word.to_le_bytes();
             self.rest = rest;
@@ -43,7 +43,7 @@ impl<'a> Writer<'a> {
 
     /// Writes numbers in order, as `f32`.
     #[inline(never)]
-    pub(super) fn numbers<T: Scalar>(&mut self, numbers: &[T]) {
+    pub(crate) fn numbers<T: Scalar>(&mut self, numbers: &[T]) {
         for number in numbers {
             self.word(number.to_single().to_bits());
         }
@@ -52,7 +52,7 @@ impl<'a> Writer<'a> {
 
 /// Moves each number that is out of its range to the nearer end of the range, and a NaN to the lower end.
 #[inline(never)]
-pub(super) fn limit(numbers: &mut [u8], ranges: &[Range]) {
+pub(crate) fn limit(numbers: &mut [u8], ranges: &[Range]) {
     let mut words = numbers.as_chunks_mut().0.iter_mut();
     for (count, least, most) in ranges {
         for word in words.by_ref().take(*count) {
@@ -62,7 +62,7 @@ pub(super) fn limit(numbers: &mut [u8], ranges: &[Range]) {
 }
 
 /// Sets the last four bytes of a record to the checksum of the bytes before.
-pub(super) fn seal(record: &mut [u8]) {
+pub(crate) fn seal(record: &mut [u8]) {
     if let Some((content, sum)) = record.split_last_chunk_mut() {
         *sum = checksum::of_record(content).to_le_bytes();
     }
@@ -70,8 +70,8 @@ pub(super) fn seal(record: &mut [u8]) {
 
 /// Reader of the words of a record, up to its checksum.
 #[derive(Clone)]
-pub(super) struct Reader<'a> {
-    pub(super) rest: &'a [u8],
+pub(crate) struct Reader<'a> {
+    pub(crate) rest: &'a [u8],
 }
 
 impl<'a> Reader<'a> {
@@ -81,7 +81,7 @@ impl<'a> Reader<'a> {
     /// # Errors
     /// [`RestoreError::Damaged`], [`RestoreError::Foreign`], [`RestoreError::Layout`].
     #[inline(never)]
-    pub(super) fn begin(
+    pub(crate) fn begin(
         record: &'a [u8],
         kind: u8,
         length: usize,
@@ -103,7 +103,7 @@ impl<'a> Reader<'a> {
 
     /// Returns whether the numbers that follow are within their ranges. Does not advance the reader.
     #[inline(never)]
-    pub(super) fn is_within(&self, ranges: &[Range]) -> bool {
+    pub(crate) fn is_within(&self, ranges: &[Range]) -> bool {
         let mut ahead = self.clone();
         ranges.iter().all(|(count, least, most)| {
             (0..*count).all(|_| (*least..=*most).contains(&f32::from_bits(ahead.word())))
@@ -112,7 +112,7 @@ impl<'a> Reader<'a> {
 
     /// Reads a word. Returns 0 beyond the end, which a reader of a record of the right length does not reach.
     #[inline(never)]
-    pub(super) fn word(&mut self) -> u32 {
+    pub(crate) fn word(&mut self) -> u32 {
         let Some((word, rest)) = self.rest.split_first_chunk() else { return 0 };
         self.rest = rest;
         u32::from_le_bytes(*word)
@@ -120,13 +120,13 @@ impl<'a> Reader<'a> {
 
     /// Reads numbers into their places. The caller has checked their range, or checks it afterwards.
     #[inline(never)]
-    pub(super) fn fill<T: Scalar>(&mut self, places: &mut [T]) {
+    pub(crate) fn fill<T: Scalar>(&mut self, places: &mut [T]) {
         for place in places {
             *place = T::single(f32::from_bits(self.word()));
         }
     }
 
-    pub(super) fn numbers<T: Scalar, const K: usize>(&mut self) -> [T; K] {
+    pub(crate) fn numbers<T: Scalar, const K: usize>(&mut self) -> [T; K] {
         let mut numbers = [T::ZERO; K];
         self.fill(&mut numbers);
         numbers

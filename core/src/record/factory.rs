@@ -2,10 +2,10 @@
 
 use super::codec::{Reader, Writer, seal};
 use super::{FACTORY, OVERHEAD_BYTES, believe};
-use crate::batch::correspondence::Cameras;
 use crate::checksum;
 use crate::error::{CameraError, ConfigError, RestoreError};
 use crate::geometry::camera::{Camera, Intrinsics};
+use crate::geometry::cameras::Cameras;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens::{Fisheye, Lens, RadialTangential};
 use crate::geometry::rational::Rational;
@@ -101,7 +101,7 @@ impl<T: Scalar> FactoryCalibration<T> {
         Self::new(cameras, Extrinsics::SIDE_BY_SIDE).without_yaw()
     }
 
-    /// Sets the standard deviation of the yaw of `R`, rad. Robust preset only.
+    /// Sets the standard deviation of the yaw of `R`, rad.
     ///
     /// Rows do not separate this yaw from the apparent yaw of the lens, so depth relies on the factory yaw until the
     /// rig changes or a witness measures the yaw. A larger value lets the rows change the yaw more; a smaller one keeps
@@ -186,7 +186,7 @@ impl<T: Scalar> FactoryCalibration<T> {
 
 /// Returns a hash that almost surely changes if any number of the cameras or the extrinsics changes.
 #[inline(never)]
-pub(super) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
+pub(crate) fn fingerprint<T: Scalar>(cameras: &Cameras<T>, extrinsics: &Extrinsics<T>) -> u32 {
     let mut rig = [0; RIG_BYTES];
     write_rig(cameras, extrinsics, &mut Writer { rest: &mut rig });
     checksum::of_record(&rig)

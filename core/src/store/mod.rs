@@ -59,10 +59,10 @@ use thiserror::Error;
 pub use policy::{SavePolicy, SaveReason};
 
 use crate::calibrator::Calibrator;
+use crate::calibrator::record;
 use crate::error::RestoreError;
 use crate::fusion::prior::Learned;
 use crate::record::factory::{self, FactoryCalibration};
-use crate::record::state;
 use crate::scalar::Scalar;
 use ring::Ring;
 use slot::Slot;
@@ -132,7 +132,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
             return Err(StoreError::Range);
         }
         let mut factory = Ring::try_new(&flash, &factory, factory::BYTES)?.of_two_copies();
-        let mut state = Ring::try_new(&flash, &state, state::BYTES)?;
+        let mut state = Ring::try_new(&flash, &state, record::BYTES)?;
         factory.find(&mut flash);
         state.find(&mut flash);
         Ok(Self { flash, factory, state, policy })
@@ -197,7 +197,7 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
         let mut content = Slot::erased();
         let found = self.state.load(&mut self.flash, &mut content)?;
         if found {
-            calibrator.read(content.record(state::BYTES), learned)?;
+            calibrator.read(content.record(record::BYTES), learned)?;
         }
         Ok(found)
     }

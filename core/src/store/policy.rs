@@ -119,7 +119,7 @@ impl<T: Scalar> SavePolicy<T> {
     #[inline(never)]
     pub fn saved<const N: usize>(&mut self, calibrator: &Calibrator<T, N>, now: Duration) {
         let was_locked = calibrator.state() == State::Locked;
-        let place = place(calibrator);
+        let place = calibrator.place();
         self.saved = Some(Saved { was_locked, generation: calibrator.generation, place });
         (self.last, self.elapsed) = (Some(milliseconds(now)), 0);
     }
@@ -146,20 +146,13 @@ impl<T: Scalar> SavePolicy<T> {
         if calibrator.generation != saved.generation {
             return Some(SaveReason::InUse);
         }
-        let new = place(calibrator).filter(|_| is_locked)?;
+        let new = calibrator.place().filter(|_| is_locked)?;
         let old = saved.place.as_ref();
         if old.is_none_or(|old| new.has_moved_from(old)) {
             return Some(SaveReason::Moved);
         }
         (is_overdue && old.is_some_and(|old| new.pairs != old.pairs)).then_some(SaveReason::Overdue)
     }
-}
-
-/// Returns the place of the estimate that a record keeps; `None` without such an estimate.
-#[inline(never)]
-fn place<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> Option<Place<T>> {
-    let estimator = &calibrator.estimator;
-    estimator.place(&estimator.context(&calibrator.config, &calibrator.factory))
 }
 
 /// Converts a time to milliseconds. The operators of [`Duration`] would compile to a reachable panic.

@@ -12,5 +12,7 @@
 
 mod api;
 mod link;
+#[cfg(feature = "paper")]
+mod paper;
 mod record;
 mod store;

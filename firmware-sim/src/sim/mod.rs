@@ -60,7 +60,7 @@ fn replay(args: &ReplayArgs, out: &mut impl Write) -> Result<()> {
     writeln!(out, "plot               {}", plot.display())?;
 
     let baseline_m = set.meta.baseline_m.map(f32::lit);
-    let weakest = app.calibrator().proposal().and_then(|found| found.weakest());
+    let weakest = app.calibrator().proposal().map(|found| found.weakest());
     report::verdict(out, app.calibrator().verdict(), weakest)?;
     match (app.apply(), app.calibrator().proposal()) {
         (Ok(applied), _) => {

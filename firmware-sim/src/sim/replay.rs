@@ -4,7 +4,7 @@ use std::io::Write;
 
 use anyhow::Result;
 use rigs::data::{Dataset, in_f64};
-use sim::run::{PairSolver, RunLog, Step, progress};
+use sim::run::{Estimate, PairSolver, RunLog, Step, progress};
 use sim::wire::Sender;
 use stereo_selfcal::{Config, FactoryCalibration};
 use test_support::wire::Wire;
@@ -40,7 +40,7 @@ pub(super) fn replay<const N: usize>(
         let ProcessedPair { taken, pair: solved, change } = poll_pair(app)?;
         let estimate = app.calibrator().proposal();
         let counts = [pair.len(), taken];
-        run.log.record(counts, solved.outcome, estimate.as_ref());
+        run.log.record(counts, solved.outcome, estimate.as_ref().map(Estimate::of));
         run.log.note_alone(alone.solve(pair));
         let Some(step) = run.log.steps().last() else { continue };
         bar.suspend(|| {

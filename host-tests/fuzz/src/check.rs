@@ -21,7 +21,7 @@ pub(super) fn check_estimate(estimate: &Proposal<f32>) {
     for sd in [estimate.sd, estimate.sd_lens] {
         assert!(sd.rotation.is_finite() && sd.translation.is_finite(), "{estimate:?}");
     }
-    for covariance in [estimate.covariance, estimate.covariance_lens].into_iter().flatten() {
+    for covariance in [estimate.covariance, estimate.covariance_lens] {
         assert!(covariance.iter().all(|c| c.is_finite()), "{estimate:?}");
         assert!(covariance.diagonal().iter().all(|c| *c > 0.0), "{estimate:?}");
     }
@@ -62,9 +62,8 @@ pub(super) fn check_verdict(verdict: &Verdict<f32>) {
     assert!(!verdict.may_arm || verdict.depth_ok, "{verdict}");
 }
 
-pub(super) fn check_report(report: &PairReport<f32>, robust: bool) {
+pub(super) fn check_report(report: &PairReport<f32>, most: u16) {
     check_extrinsics(&report.extrinsics);
-    let most = if robust { 24 } else { 100 };
     assert!(report.passes <= most && report.usable >= 12, "{report:?}");
     let numbers = [
         report.cost_before,

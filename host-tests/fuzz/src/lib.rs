@@ -6,6 +6,7 @@
 mod check;
 mod host;
 mod link;
+mod paper;
 mod record;
 mod store;
 
@@ -73,10 +74,13 @@ pub enum Call {
 /// If the calibrator violates a property.
 pub fn run_calibrator(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let (config, robust, calibrated) = config(&mut input);
+    let Configured { config, published, other: calibrated } = configured(&mut input);
+    if published {
+        return paper::run(&mut input);
+    }
     let guess = FactoryCalibration::guess(usual_cameras([0; 5], false).expect("usual cameras"));
     let measured = FactoryCalibration::new(guess.cameras, guess.extrinsics);
-    let mut made = Made { config, robust, factory: if calibrated { measured } else { guess } };
+    let mut made = Made { config, factory: if calibrated { measured } else { guess } };
     let mut calibrator = made.calibrator();
     while let Ok(call) = Call::arbitrary(&mut input) {
         let before = state(&calibrator);
@@ -134,13 +138,19 @@ impl Call {
     }
 }
 
-/// A preset that may compensate lenses, whether it is the robust one, and a further choice: two bytes.
-fn config(input: &mut Unstructured<'_>) -> (Config, bool, bool) {
-    let [preset, other] = <[u8; 2]>::arbitrary(input).unwrap_or_default();
-    let robust = preset & 1 != 0;
-    let config = if robust { Config::robust() } else { Config::paper() };
-    let tracking = if preset & 2 != 0 { LensTracking::Compensate } else { LensTracking::Report };
-    (config.with_lens_tracking(tracking), robust, other & 1 != 0)
+/// Choices of a run: parameters, the published method instead of the calibrator, and another one.
+struct Configured {
+    config: Config,
+    published: bool,
+    other: bool,
+}
+
+/// The choices of two bytes.
+fn configured(input: &mut Unstructured<'_>) -> Configured {
+    let [first, other] = <[u8; 2]>::arbitrary(input).unwrap_or_default();
+    let tracking = if first & 2 != 0 { LensTracking::Compensate } else { LensTracking::Report };
+    let config = Config::robust().with_lens_tracking(tracking);
+    Configured { config, published: first & 1 == 0, other: other & 1 != 0 }
 }
 
 type Proposed = (Extrinsics<f32>, LensCorrection<f32>, StandardDeviations<f32>, u32);
@@ -182,13 +192,8 @@ fn state(calibrator: &Target) -> Kept {
 /// Performs a call; returns whether it was refused.
 fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
     match call {
-        Call::Push([a, b, c, d, score, grid_step]) => {
-            let c = Correspondence {
-                left: [*a, *b],
-                right: [*c, *d],
-                score: *score,
-                grid_step: *grid_step,
-            };
+        Call::Push(bits) => {
+            let c = of_bits(bits);
             let held = calibrator.batch().pairs().len();
             let pushed = calibrator.push(&c);
             let added = usize::from(pushed == Ok(Pushed::Kept));
@@ -198,20 +203,8 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
             pushed.is_err()
         }
         Call::PushPlausible(bytes) => calibrator.push(&plausible(*bytes)).is_err(),
-        Call::PushMany(bytes) => {
-            let [a, b, c, d, rest @ ..] = bytes;
-            let shift = |i: usize| rest[i % rest.len()];
-            (0..20).fold(false, |_, i| {
-                let bytes = [
-                    a.wrapping_add(shift(i)),
-                    b.wrapping_mul(shift(i + 7)),
-                    c.wrapping_add(shift(i + 3) / 4),
-                    d / 16,
-                ];
-                calibrator.push(&plausible(bytes)).is_err()
-            })
-        }
-        Call::Solve => solve(calibrator, made.robust).is_err(),
+        Call::PushMany(bytes) => many(bytes).fold(false, |_, c| calibrator.push(&c).is_err()),
+        Call::Solve => solve(calibrator).is_err(),
         Call::Advance => calibrator.advance_pair().is_some_and(|outcome| outcome.fused.is_err()),
         Call::Apply => {
             let proposal = calibrator.proposal();
@@ -275,7 +268,6 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
 /// Inputs that a new calibrator is made from.
 struct Made {
     config: Config,
-    robust: bool,
     factory: FactoryCalibration<f32>,
 }
 
@@ -296,12 +288,12 @@ impl Made {
 }
 
 /// Solves and fuses the pair of the batch, and checks the result. `Err` if the pair is not fused.
-fn solve(calibrator: &mut Target, robust: bool) -> Result<(), Rejection> {
+fn solve(calibrator: &mut Target) -> Result<(), Rejection> {
     let before = state(calibrator);
     let unconfirmed = calibrator.state() == State::Acquiring;
     let outcome = calibrator.solve_pair();
     if let Some(report) = &outcome.pair {
-        check_report(report, robust);
+        check_report(report, 24);
     }
     let after = state(calibrator);
     let given_up = unconfirmed && after == Kept { proposed: None, ..before };
@@ -326,6 +318,25 @@ fn rectify(calibrator: &Target, alpha: f32) -> bool {
     assert!(camera.focal.is_finite() && camera.focal > 0.0, "{camera:?}");
     assert!(left.iter().chain(right.iter()).all(|h| h.is_finite()), "{left} {right}");
     false
+}
+
+/// Any bits as a correspondence.
+fn of_bits([a, b, c, d, score, grid_step]: &[f32; 6]) -> Correspondence<f32> {
+    Correspondence { left: [*a, *b], right: [*c, *d], score: *score, grid_step: *grid_step }
+}
+
+/// Twenty correspondences that roughly fit a rig.
+fn many(bytes: &[u8; 24]) -> impl Iterator<Item = Correspondence<f32>> + use<> {
+    let [a, b, c, d, rest @ ..] = *bytes;
+    let shift = move |i: usize| rest[i % rest.len()];
+    (0..20).map(move |i| {
+        plausible([
+            a.wrapping_add(shift(i)),
+            b.wrapping_mul(shift(i + 7)),
+            c.wrapping_add(shift(i + 3) / 4),
+            d / 16,
+        ])
+    })
 }
 
 fn plausible([u, v, disparity, row]: [u8; 4]) -> Correspondence<f32> {

@@ -9,7 +9,7 @@ use stereo_selfcal::link::{
 use stereo_selfcal::{Correspondence, FactoryCalibration, State};
 
 use super::check::{check_estimate, check_in_use};
-use super::{Target, config, plausible, solve, usual_cameras};
+use super::{Target, configured, plausible, solve, usual_cameras};
 
 /// Largest number of records of a generated frame: more than the 32 that the batch holds.
 const MOST: usize = 48;
@@ -195,7 +195,7 @@ fn is_in(stream: &[u8], header: &FrameHeader, matches: &[Sent]) -> bool {
 /// If the decoder or the calibrator violates a property.
 pub fn run_frames(bytes: &[u8]) {
     let mut input = Unstructured::new(bytes);
-    let (config, robust, _) = config(&mut input);
+    let config = configured(&mut input).config;
     let acts = <[u8; 8]>::arbitrary(&mut input).unwrap_or_default();
     let stream = stream(&mut input);
     let made = FactoryCalibration::guess(usual_cameras([0; 5], false).expect("usual cameras"));
@@ -216,7 +216,7 @@ pub fn run_frames(bytes: &[u8]) {
         let act = acts.next().copied().unwrap_or_default();
         // A frame that arrives while a pair is being solved is refused. `act & 2` leaves the pair unfinished.
         if act & 1 == 0 {
-            let _ = solve(&mut calibrator, robust);
+            let _ = solve(&mut calibrator);
         } else if calibrator.advance_pair().is_none() && act & 2 == 0 {
             calibrator.discard_pair();
         }

@@ -4,7 +4,7 @@ use arbitrary::{Arbitrary, Unstructured};
 use stereo_selfcal::FactoryCalibration;
 
 use super::check::{check_estimate, check_extrinsics, check_in_use, check_verdict};
-use super::{Target, config, plausible, usual_cameras};
+use super::{Configured, Target, configured, plausible, usual_cameras};
 
 /// Changes to a valid record before it is read.
 #[derive(Debug, Clone, Arbitrary)]
@@ -29,7 +29,7 @@ pub fn run_record(bytes: &[u8]) {
     // First the bytes as they are.
     let _ = FactoryCalibration::<f32>::from_record(bytes);
     let mut input = Unstructured::new(bytes);
-    let (config, _, factory) = config(&mut input);
+    let Configured { config, other: factory, .. } = configured(&mut input);
     let pairs = u8::arbitrary(&mut input).unwrap_or_default() % 8;
     let made = FactoryCalibration::guess(usual_cameras([0; 5], false).expect("usual cameras"));
     let mut calibrator = Target::new(config, &made);

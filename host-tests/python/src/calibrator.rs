@@ -24,7 +24,6 @@ pub(crate) struct Calibrator {
     rig: Rig,
     #[pyo3(get)]
     capacity: i64,
-    preset: String,
     settings: Settings,
     engine: Mutex<Engine>,
 }
@@ -55,14 +54,13 @@ type Views<'py> = [Given<'py>; 2];
 impl Calibrator {
     #[new]
     #[pyo3(signature = (
-        rig, capacity=256, preset="robust", *, lens="report", max_correction_rad=None, memory_pairs=None,
+        rig, capacity=256, *, lens="report", max_correction_rad=None, memory_pairs=None,
         rows_limit_px=None, depth_limit_px=None, coverage_limit=None, motion=false
     ))]
     #[allow(clippy::too_many_arguments, reason = "keywords in Python")]
     fn new(
         rig: Rig,
         capacity: i64,
-        preset: &str,
         lens: &str,
         max_correction_rad: Option<f64>,
         memory_pairs: Option<i64>,
@@ -80,8 +78,8 @@ impl Calibrator {
             coverage_limit,
             motion,
         };
-        let engine = Mutex::new(settings.engine(&rig, capacity, preset)?);
-        Ok(Self { rig, capacity, preset: preset.into(), settings, engine })
+        let engine = Mutex::new(settings.engine(&rig, capacity)?);
+        Ok(Self { rig, capacity, settings, engine })
     }
 
     #[pyo3(signature = (uv_left, uv_right, score=None, *, grid_step=0.0))]
@@ -215,12 +213,12 @@ impl Calibrator {
     }
 
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
-        let (Self { capacity, preset, .. }, rig) = (self, self.rig.__repr__()?);
-        Ok(format!("<Calibrator {}, {preset}, {capacity} matches, {rig}>", self.state(py)?))
+        let (Self { capacity, .. }, rig) = (self, self.rig.__repr__()?);
+        Ok(format!("<Calibrator {}, {capacity} matches, {rig}>", self.state(py)?))
     }
 
-    fn __getnewargs_ex__(&self) -> ((Rig, i64, &str), Settings) {
-        ((self.rig.clone(), self.capacity, &self.preset), self.settings.clone())
+    fn __getnewargs_ex__(&self) -> ((Rig, i64), Settings) {
+        ((self.rig.clone(), self.capacity), self.settings.clone())
     }
 
     fn __getstate__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
@@ -256,16 +254,11 @@ impl Settings {
     ///
     /// # Errors
     /// Names the argument.
-    fn engine(&self, rig: &Rig, capacity: i64, preset: &str) -> PyResult<Engine> {
-        let mut config = match preset {
-            "robust" => Config::robust(),
-            "paper" => Config::paper(),
-            other => return Err(unknown("preset", "'robust' or 'paper'", other)),
-        };
-        config = match &*self.lens {
-            "report" => config,
-            "given" => config.without_lens_prior(),
-            "compensate" => config.with_lens_tracking(LensTracking::Compensate),
+    fn engine(&self, rig: &Rig, capacity: i64) -> PyResult<Engine> {
+        let mut config = match &*self.lens {
+            "report" => Config::robust(),
+            "given" => Config::robust().without_lens_prior(),
+            "compensate" => Config::robust().with_lens_tracking(LensTracking::Compensate),
             other => return Err(unknown("lens", "'report', 'given' or 'compensate'", other)),
         };
         if let Some(rad) = self.max_correction_rad {
@@ -293,19 +286,16 @@ impl Settings {
 
 /// Solves each pair alone, from the factory extrinsics.
 #[pyfunction]
-#[pyo3(signature = (rig, pairs, capacity=256, preset="robust"))]
+#[pyo3(signature = (rig, pairs, capacity=256))]
 pub(crate) fn solve_pairs(
     py: Python<'_>,
     rig: Rig,
     pairs: &Given<'_>,
     capacity: i64,
-    preset: &str,
 ) -> PyResult<Vec<Result>> {
     let settings = Settings { lens: "report".into(), ..Settings::default() };
-    let fresh = settings.engine(&rig, capacity, preset)?;
-    let named = |i: usize| move |why: PyErr| value(format!("pairs[{i}]: {}", why.value(py)));
-    let read = pairs.try_iter()?.enumerate().map(|(i, pair)| read_pair(&pair?).map_err(named(i)));
-    let pairs: Vec<Vec<Correspondence<f32>>> = read.collect::<PyResult<_>>()?;
+    let fresh = settings.engine(&rig, capacity)?;
+    let pairs = read_pairs(pairs)?;
     let outcomes: Vec<Outcome> = install(py, || {
         let solve = |engine: &mut Engine, pair: &Vec<_>| {
             each!(engine, held => {
@@ -316,6 +306,13 @@ pub(crate) fn solve_pairs(
         pairs.par_iter().map_init(|| fresh.clone(), solve).collect()
     })?;
     outcomes.iter().map(|outcome| Result::of(py, outcome)).collect()
+}
+
+/// Reads pairs; an error names the pair.
+pub(crate) fn read_pairs(pairs: &Given<'_>) -> PyResult<Vec<Vec<Correspondence<f32>>>> {
+    let py = pairs.py();
+    let named = |i: usize| move |why: PyErr| value(format!("pairs[{i}]: {}", why.value(py)));
+    pairs.try_iter()?.enumerate().map(|(i, pair)| read_pair(&pair?).map_err(named(i))).collect()
 }
 
 fn read_pair(pair: &Given<'_>) -> PyResult<Vec<Correspondence<f32>>> {

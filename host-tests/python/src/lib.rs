@@ -1,6 +1,6 @@
 //! Python package `stereo_selfcal`: the calibrator of the vehicle for numpy.
 //!
-//! The core is called in `engine`, `calibrator`, `camera`, `rig` and `calibration`. `outcome` has the results of a pair
+//! The core is called in `engine`, `calibrator`, `published`, `camera`, `rig` and `calibration`. `outcome` has the results of a pair
 //! as plain data; `errors` converts errors into the exceptions of `python/stereo_selfcal/_errors.py`. `_native.pyi` has
 //! documentation and types of the public API.
 #![allow(
@@ -20,6 +20,7 @@ mod frames;
 mod images;
 mod outcome;
 mod pool;
+mod published;
 mod rig;
 
 #[pyo3::pymodule]
@@ -33,7 +34,8 @@ mod _native {
         calibrator::{Calibrator, solve_pairs},
         camera::Camera,
         frames::encode_frame,
-        outcome::{Details, Pair, Result, Verdict},
+        outcome::{Details, Pair, Published, Result, Verdict},
+        published::fuse_published,
         rig::{Rig, read_rig},
     };
 }

@@ -9,6 +9,7 @@ use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyString, PyTuple, PyType};
 use rigs::data::in_f64;
 use stereo_selfcal::outcome::{self, LensEstimate, StandardDeviations};
+use stereo_selfcal::paper::FusedEstimate;
 use stereo_selfcal::{PairReport, Proposal};
 
 use crate::arguments::{Matrix, Points, Pose, Triple, Vector, pose};
@@ -137,9 +138,22 @@ data! {
         contradicting_motions: u16 = of.contradicting_motions,
         lens_yaw: Finding = finding(proposal.lens_yaw),
         lens: Option<BTreeMap<String, Finding>> = proposal.lens.as_ref().map(lens),
-        weakest: Option<(String, f32)> = proposal.weakest().map(|(of, sd)| (name(&of), sd)),
+        weakest: (String, f32) = {
+            let (of, sd) = proposal.weakest();
+            (name(&of), sd)
+        },
         yaw: f32 = of.yaw,
         vibration: Sd = Sd(proposal.vibration.rotation, proposal.vibration.baseline),
+    } {}
+
+    /// The estimate of the published method after a pair.
+    #[pyclass(frozen, get_all, module = "stereo_selfcal")]
+    Published(of: &FusedEstimate<f32>, (R, t): Pose) {
+        R: Matrix<3, 3> = R,
+        t: Triple = t,
+        sd: Sd = deviations(of.sd),
+        pairs: u32 = of.pairs,
+        axis_is_meaningful: bool = of.axis_is_meaningful,
     } {}
 
     /// The estimate after a pair.

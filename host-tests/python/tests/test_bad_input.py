@@ -151,7 +151,6 @@ def test_any_numbers_make_a_calibrator_or_name_the_parameter(numbers: list[float
     a, b, c, d = numbers
     for call in (
         lambda: sc.Calibrator(MADE.rig, capacity=count),
-        lambda: sc.Calibrator(MADE.rig, preset=name),  # type: ignore[arg-type]
         lambda: sc.Calibrator(MADE.rig, lens=name),  # type: ignore[arg-type]
         lambda: sc.Calibrator(MADE.rig, max_correction_rad=a),
         lambda: sc.Calibrator(MADE.rig, memory_pairs=count),

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use cbindgen::{Builder, Config};
 
 /// Source files, in the order of their declarations in the header.
-const SOURCES: [&str; 23] = [
+const SOURCES: [&str; 24] = [
     "capacity",
     "error",
     "enumeration",
@@ -34,6 +34,7 @@ const SOURCES: [&str; 23] = [
     "record",
     "witness",
     "tracks",
+    "paper",
 ];
 
 /// Returns the declarations inside of `c_enum!`, which cbindgen does not expand.

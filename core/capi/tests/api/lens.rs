@@ -9,7 +9,7 @@ use crate::life::{bits, run, twins};
 use crate::rig::{Cal, defaults, factory, get, recorded};
 
 #[test]
-fn the_robust_preset_with_a_lens_prior_is_bit_identical_to_rust() {
+fn a_calibrator_with_a_lens_prior_is_bit_identical_to_rust() {
     let set = recorded();
     for focal in [0.0, 0.002] {
         let yaw_rad = 4e-3;

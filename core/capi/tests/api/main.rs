@@ -10,6 +10,7 @@ mod link;
 mod link_misuse;
 mod misuse;
 mod order;
+mod paper;
 mod record;
 mod record_misuse;
 mod rig;

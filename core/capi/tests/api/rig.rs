@@ -101,11 +101,6 @@ pub(crate) fn defaults() -> selfcal_config_t {
     unsafe { MaybeUninit::zeroed().assume_init() }
 }
 
-/// A configuration of the paper preset with defaults.
-pub(crate) fn paper() -> selfcal_config_t {
-    selfcal_config_t { preset: selfcal_preset_t::SELFCAL_PRESET_PAPER as u32, ..defaults() }
-}
-
 /// Takes a step of a pair; returns whether the pair has ended, and its outcome or error.
 pub(crate) fn advance(cal: &mut Cal) -> (bool, Result<selfcal_outcome_t, selfcal_error_t>) {
     let (mut ended, mut outcome) = (false, MaybeUninit::zeroed());

@@ -1,7 +1,7 @@
 //! The public API on generated rigs.
 
 mod applying;
-mod bad_input;
+pub(crate) mod bad_input;
 mod bias;
 mod compensation;
 mod counted_once;
@@ -9,7 +9,6 @@ pub(crate) mod depth;
 pub(crate) mod disturbed;
 mod documentation;
 mod far;
-mod fusion;
 mod homography;
 mod judgement;
 mod lens;
@@ -22,7 +21,6 @@ pub(crate) mod scene;
 mod selection;
 #[cfg(feature = "serde")]
 mod serialization;
-mod solver;
 mod supervision;
 mod texts;
 // The traces hold for glibc: `powf`, which generates the depths, has other last bits on other platforms.

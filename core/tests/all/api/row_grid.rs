@@ -129,7 +129,7 @@ fn after_60(seed: u64, grid_step: f32) -> ([f32; 5], f32) {
     let proposal = calibrator.proposal().unwrap();
     let truth = rig::<f32>(angles(seed), BASELINE);
     let [found, truth] = [&proposal.extrinsics, &truth].map(RectifyingRotations::from);
-    let (off, covariance) = (truth.unknowns_to(&found), proposal.covariance.unwrap());
+    let (off, covariance) = (truth.unknowns_to(&found), proposal.covariance);
     (core::array::from_fn(|i| off[i] / covariance[(i, i)].sqrt()), off.amax())
 }
 

@@ -246,7 +246,7 @@ fn a_drift_of_small_steps_is_noticed_and_followed() {
         let mut rotation = ROTATION;
         let [mut renewals, mut renewed, mut locks] = [0; 3];
         let mut worst = 0.0_f32;
-        let ten_pairs = calibrator.proposal().unwrap().covariance.unwrap()[(axis, axis)].sqrt();
+        let ten_pairs = calibrator.proposal().unwrap().covariance[(axis, axis)].sqrt();
         for seed in 0..200 {
             rotation[axis] += step;
             let fused = take(&mut calibrator, &scene(rotation, seed));

@@ -197,7 +197,7 @@ fn the_error_of_depth_is_yaw_over_the_baseline_times_the_square_of_distance() {
     let [estimate, in_use] =
         [&proposal.extrinsics, &calibrator.in_use().extrinsics].map(RectifyingRotations::from);
     let off = estimate.unknowns_to(&in_use).y;
-    let own = proposal.covariance_lens.unwrap().m22.sqrt();
+    let own = proposal.covariance_lens.m22.sqrt();
     assert!((details.yaw / off.hypot(own) - 1.0).abs() < 1e-6);
     assert!((off.abs() - 0.5_f32.to_radians()).abs() < 0.2_f32.to_radians(), "{off}");
     for (error, z) in details.depth_errors(0.12).into_iter().zip(DEPTHS_M) {
@@ -220,12 +220,12 @@ fn the_weakest_direction_is_the_largest_of_the_covariance_and_in_a_narrow_band_a
         take(&mut calibrator, &band(seed)).unwrap();
     }
     let proposal = calibrator.proposal().unwrap();
-    let (direction, sd) = proposal.weakest().unwrap();
+    let (direction, sd) = proposal.weakest();
     // Yaw moves rows by the product of column and row, and the forward baseline by the product of disparity and row.
     // Both products are small everywhere in a narrow band.
     assert!(matches!(direction, Direction::Yaw | Direction::BaselineForward));
-    let largest = |covariance: Option<Matrix5<f32>>| {
-        covariance.unwrap().map(f64::from).symmetric_eigen().eigenvalues.max().sqrt()
+    let largest = |covariance: Matrix5<f32>| {
+        covariance.map(f64::from).symmetric_eigen().eigenvalues.max().sqrt()
     };
     let with_lens = largest(proposal.covariance_lens);
     assert!((f64::from(sd) / with_lens - 1.0).abs() < 0.01, "{sd} {with_lens}");

@@ -67,13 +67,11 @@ fn a_record_of_something_else_is_refused_with_its_own_error() {
     assert_eq!(other.restore(&good), Err(RestoreError::OtherRig));
     let narrow = Config::robust().with_max_correction_rad(0.01).unwrap();
     assert_eq!(with::<f32, 256>(narrow).restore(&good), Err(RestoreError::Config));
-    // A calibrator in the other scalar takes the whole record; a calibrator of the other preset takes only the
-    // calibration in use.
+    // A calibrator in the other scalar takes the whole record.
     let mut double = restored::<f64>(Config::robust(), &good);
     assert_eq!(double.state(), State::Suspect);
     take(&mut double, &scene(ROTATION, 60)).unwrap();
     assert_eq!(double.state(), State::Locked);
-    assert_eq!(restored::<f32>(Config::paper(), &good).state(), State::Acquiring);
 }
 
 /// Ranges from which the numbers of a record are drawn, from byte 20 on; 0 for a number that is not changed. No range

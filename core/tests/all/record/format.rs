@@ -57,7 +57,7 @@ fn the_table_of_the_state_matches_its_bytes() {
     let before = numbers::<6>(&record, place(&rows, "the previous calibration"));
     assert_ne!(before, numbers::<6>(&record, estimate));
     let [pitch, ..] = numbers::<15>(&record, place(&rows, "information of the pairs"));
-    let expected = proposal.covariance.unwrap().try_inverse().unwrap().m11;
+    let expected = proposal.covariance.try_inverse().unwrap().m11;
     assert!((pitch / expected - 1.0).abs() < 0.1, "{pitch} {expected}");
     let [noise] = numbers(&record, place(&rows, "noise of a coordinate"));
     assert!((0.1..0.6).contains(&noise), "{noise}");

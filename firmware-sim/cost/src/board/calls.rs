@@ -5,6 +5,7 @@ use stereo_selfcal::depth::{MotionError, RangeError, RangeReading, Tracks, Witne
 use stereo_selfcal::geometry::{RectifiedCamera, RectifyError, RectifyingRotations};
 use stereo_selfcal::link::{Decoder, FrameRefusal, FrameSink, Received};
 use stereo_selfcal::outcome::Details;
+use stereo_selfcal::paper::{PaperCalibrator, Settings};
 use stereo_selfcal::{
     ApplyError, Calibration, Calibrator, Cameras, Config, Correspondence, Extrinsics,
     FactoryCalibration, Outcome, Proposal, PushError, RestoreError, Scalar,
@@ -16,6 +17,7 @@ use crate::lens;
 pub(crate) const CAPACITY: usize = 256;
 
 pub(crate) type CalibratorOf<T> = Calibrator<T, CAPACITY>;
+pub(crate) type PaperOf<T> = PaperCalibrator<T, CAPACITY>;
 
 /// Size of a snapshot, bytes.
 pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f32>::SNAPSHOT_BYTES;
@@ -23,6 +25,16 @@ pub(crate) const SNAPSHOT_BYTES: usize = CalibratorOf::<f32>::SNAPSHOT_BYTES;
 /// A calibrator with pinhole cameras, before its first pair.
 pub(crate) fn fresh<T: Scalar>(config: Config) -> CalibratorOf<T> {
     CalibratorOf::new(config, &FactoryCalibration::guess(lens::pinholes()))
+}
+
+/// The published method with pinhole cameras, before its first pair.
+pub(crate) fn published<T: Scalar>() -> PaperOf<T> {
+    PaperOf::new(Settings::DEFAULT, lens::pinholes(), Extrinsics::SIDE_BY_SIDE)
+}
+
+#[inline(never)]
+pub(crate) fn advance_published<T: Scalar>(calibrator: &mut PaperOf<T>) -> Option<Outcome<T>> {
+    calibrator.advance_pair()
 }
 
 #[inline(never)]

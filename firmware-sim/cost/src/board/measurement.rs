@@ -33,8 +33,8 @@ pub fn measure<T: Scalar>() -> ! {
     let probe = Probe::new();
     let mut records = [MatchRecord::default(); CAPACITY];
     input::<T>(&probe, &mut records);
+    published::<T>(&probe, &mut records);
     let mut all = passes::<T>(&probe, &mut records);
-    all = all.max(&paper::<T>(&probe, &mut records));
     all = all.max(&states::<T>(&probe, &mut records));
     let others = others::<T>(&probe, &mut records);
     whole_way::measure::<T>(&probe);
@@ -114,16 +114,9 @@ fn push_all<T: Scalar>(
 
 /// Measures the cost per correspondence of a pass, from half a batch and a whole one.
 fn passes<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
-    let mut all = Calls::default();
-    for (name, config) in [("paper", Config::paper()), ("search", Config::robust())] {
-        let [half, whole] = both_sizes(probe, records, || fresh::<T>(config));
-        row(format_args!("pass {name}"), "instructions/match", slope(half.second, whole.second));
-        if name == "paper" {
-            let [half, whole] = [&half, &whole].map(|cost| cost.calls.last.instructions);
-            row("pass evaluating paper", "instructions/match", slope(half, whole));
-        }
-        all = all.max(&whole.calls);
-    }
+    let [half, whole] = both_sizes(probe, records, || fresh::<T>(Config::robust()));
+    row("pass search", "instructions/match", slope(half.second, whole.second));
+    let all = whole.calls;
     let locked = {
         let mut calibrator = fresh::<T>(Config::robust());
         let mut scene = Scene::new(Rig::off(START_DEGREES));
@@ -154,13 +147,14 @@ fn both_sizes<T: Scalar>(
     })
 }
 
-/// Measures one pair of the paper preset.
-fn paper<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
-    let mut scene = Scene::new(Rig::off(START_DEGREES));
-    scene.fill(records);
-    let cost = pair::process(probe, &mut fresh::<T>(Config::paper()), records);
-    row("update paper first pair", "instructions", cost.update);
-    cost.calls
+/// Measures one pair of the published method: a pass, the evaluation, and all calls.
+fn published<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
+    Scene::new(Rig::off(START_DEGREES)).fill(records);
+    let [half, whole] = [HALF, CAPACITY]
+        .map(|count| pair::published::<T>(probe, records.get(..count).unwrap_or_default()));
+    row("pass paper", "instructions/match", slope(half.second, whole.second));
+    row("pass evaluating paper", "instructions/match", slope(half.last, whole.last));
+    row("update paper first pair", "instructions", whole.update);
 }
 
 /// Measures all states, from the first pair to `Lost` and back to `Locked`.

@@ -142,3 +142,38 @@ pub(crate) fn converted<T: Scalar>(c: &Correspondence<f32>) -> Correspondence<T>
         grid_step: lit(c.grid_step),
     }
 }
+
+/// Instructions of one pair of the published method.
+pub(crate) struct PublishedCost {
+    /// All calls of `advance_pair`.
+    pub(crate) update: u32,
+    /// The second pass, the first without the start of the pair.
+    pub(crate) second: u32,
+    /// The last call, which evaluates and fuses the pair.
+    pub(crate) last: u32,
+}
+
+/// Fills the batch of the published method and processes the pair.
+///
+/// # Panics
+/// If a match is refused. All matches of the scene are inside both images.
+pub(crate) fn published<T: Scalar>(probe: &Probe, records: &[MatchRecord]) -> PublishedCost {
+    let mut calibrator = calls::published::<T>();
+    for record in records {
+        let pushed = calibrator.push(&converted(&record.decode(&HEADER)));
+        pushed.expect("the match is inside both images");
+    }
+    let mut cost = PublishedCost { update: 0, second: 0, last: 0 };
+    for call in 0..MAX_CALLS {
+        let (outcome, sample) = probe.run(|| calls::advance_published(&mut calibrator));
+        cost.update += sample.instructions;
+        cost.last = sample.instructions;
+        if call == 1 {
+            cost.second = sample.instructions;
+        }
+        if outcome.is_some() {
+            break;
+        }
+    }
+    cost
+}

@@ -123,9 +123,8 @@ impl Log {
 }
 
 fn judged_as(out: &mut impl Write, judgement: &Judgement, proposal: &Proposal<f32>) -> Result<()> {
-    let weakest = proposal.weakest().map_or("-".into(), |(direction, sd)| {
-        format!("{} {:.4}", labels::direction(direction), sd.to_degrees())
-    });
+    let (direction, sd) = proposal.weakest();
+    let weakest = format!("{} {:.4}", labels::direction(direction), sd.to_degrees());
     let [r, t] = [proposal.sd.rotation, proposal.sd.translation].map(f32::to_degrees);
     write!(
         out,

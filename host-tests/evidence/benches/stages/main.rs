@@ -12,7 +12,8 @@ use sim::stats::median;
 use sim::synth::{ScenarioKind, Scene, five_degrees_off};
 use sim::wire::Sender;
 use stereo_selfcal::link::{Decoder, Event};
-use stereo_selfcal::{Calibrator, Config, Correspondence, FactoryCalibration};
+use stereo_selfcal::paper::{PaperCalibrator, Settings};
+use stereo_selfcal::{Calibrator, Config, Correspondence, Extrinsics, FactoryCalibration};
 
 /// Pairs that lock a calibrator.
 const LOCKING: usize = 20;
@@ -24,17 +25,17 @@ type Calibrator256 = Calibrator<f32, 256>;
 
 fn main() {
     undistort();
-    let fresh = calibrator(Config::robust(), 0);
+    let fresh = calibrator(0);
     let mut begun = fresh.clone();
     assert_eq!(begun.advance_pair(), None, "the pair has matches");
     stage("one pass and its step", || begun.clone(), |c| c.advance_pair());
     stage("a pair far from the optimum", || fresh.clone(), |c| c.solve_pair());
-    let locked = calibrator(Config::robust(), LOCKING);
+    let locked = calibrator(LOCKING);
     stage("a pair of a locked rig", || locked.clone(), |c| c.solve_pair());
     let pair = matches(&recording(), LOCKING);
     stage("all calls of that pair", || locked.clone(), |c| all_calls(c, &pair));
-    let paper = calibrator(Config::paper(), 0);
-    stage("a pair by the paper's preset", || paper.clone(), |c| c.solve_pair());
+    let paper = published();
+    stage("a pair by the published method", || paper.clone(), |c| c.solve_pair());
     let solved = solved(locked);
     stage("fusion of a solved pair", || solved.clone(), |c| c.advance_pair());
     decode();
@@ -69,11 +70,11 @@ fn matches(set: &Dataset, pair: usize) -> Vec<Correspondence<f32>> {
 }
 
 /// A calibrator with a pair in its batch, after so many fused pairs.
-fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
+fn calibrator(fused: usize) -> Box<Calibrator256> {
     let set = recording();
     let cameras = set.cameras().expect("generated cameras are valid");
     let factory = FactoryCalibration::guess(cameras);
-    let mut calibrator = Box::new(Calibrator256::new(config, &factory));
+    let mut calibrator = Box::new(Calibrator256::new(Config::robust(), &factory));
     for pair in 0..=fused {
         calibrator.discard_pair();
         for m in matches(&set, pair) {
@@ -82,6 +83,18 @@ fn calibrator(config: Config, fused: usize) -> Box<Calibrator256> {
         if pair < fused {
             calibrator.solve_pair().pair.expect("the pair has an answer");
         }
+    }
+    calibrator
+}
+
+/// The published method with a pair in its batch.
+fn published() -> Box<PaperCalibrator<f32, 256>> {
+    let set = recording();
+    let cameras = set.cameras().expect("generated cameras are valid");
+    let start = Extrinsics::SIDE_BY_SIDE;
+    let mut calibrator = Box::new(PaperCalibrator::new(Settings::DEFAULT, cameras, start));
+    for m in matches(&set, 0) {
+        calibrator.push(&m).expect("generated matches are in the image");
     }
     calibrator
 }

@@ -2,8 +2,9 @@
 
 use anyhow::Result;
 use rigs::data::{Dataset, TurnedView};
-use sim::run::{LensTracking, Start, replay};
+use sim::run::{LensTracking, Method, Start, replay};
 use stereo_selfcal::Config;
+use stereo_selfcal::paper::Settings;
 
 use super::chance::Chance;
 use super::figures::{Figure, count};
@@ -41,27 +42,28 @@ pub(super) fn campaigns() -> Vec<Campaign> {
 }
 
 fn rows(request: &Request) -> Result<Vec<Row>> {
-    let presets = [("robust", Config::robust()), ("paper", Config::paper())];
+    let presets: [(_, Method); 2] =
+        [("robust", Config::robust().into()), ("paper", Settings::DEFAULT.into())];
     let all = SETS
         .iter()
         .flat_map(|set| presets.map(|(name, preset)| (*set, format!("--preset {name}"), preset)));
-    let compensated = LensTracking::Compensate.config();
+    let compensated = LensTracking::Compensate.config().into();
     let compensated = (("oak_sift", false), "--lens compensate".to_owned(), compensated);
     let mut rows = Vec::new();
-    for ((set, turned), options, config) in all.chain([compensated]) {
+    for ((set, turned), options, method) in all.chain([compensated]) {
         let view = if turned { " --view top" } else { "" };
         let case = format!("{set}{view} {options}");
         if request.takes(&case) {
-            rows.push(Row { figures: figures(set, turned, config)?, case });
+            rows.push(Row { figures: figures(set, turned, method)?, case });
         }
     }
     Ok(rows)
 }
 
-fn figures(name: &str, turned: bool, config: Config) -> Result<Vec<Figure>> {
+fn figures(name: &str, turned: bool, method: Method) -> Result<Vec<Figure>> {
     let set = Dataset::load(&Dataset::shipped().join(name))?;
     let set = if turned { TurnedView::Top.turn(&set, TURN_DEG)? } else { set };
-    let run = replay::<f32>(&set, config, Start::usual(&set.meta)?, |_| ())?;
+    let run = replay::<f32>(&set, method, Start::usual(&set.meta)?, |_| ())?;
     let summary = run.summary(&set)?;
     let locked = f64::from(u8::from(summary.state.starts_with("locked")));
     let values = [

@@ -1,7 +1,7 @@
-//! The gate of the paper preset, for every method that estimates pair by pair.
+//! The gate of the published method, for every method that estimates pair by pair.
 //!
 //! A pair is refused if its estimate is further than 0.5 rad from the start, in `R` or in `t`, or if its
-//! most uncertain direction has a standard deviation above 0.12 rad: the limits of `Config::paper`.
+//! most uncertain direction has a standard deviation above 0.12 rad: the limits of `paper::Settings::DEFAULT`.
 
 use nalgebra::Matrix5;
 

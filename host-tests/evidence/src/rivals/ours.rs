@@ -1,5 +1,6 @@
-//! The core's two presets behind the same interface, in `f32` as shipped.
+//! The core's calibrator and its published method behind the same interface, in `f32` as shipped.
 
+use stereo_selfcal::paper::{PaperCalibrator, Settings};
 use stereo_selfcal::{
     Calibrator, Camera, Cameras, Config, Correspondence, Extrinsics, FactoryCalibration,
     Intrinsics, Lens, Scalar,
@@ -18,7 +19,7 @@ const MAX_REACH: f32 = 30_000.0;
 #[derive(Debug, Clone, Copy)]
 pub struct Robust;
 
-/// [`Config::paper`].
+/// [`PaperCalibrator`] with its default settings.
 #[derive(Debug, Clone, Copy)]
 pub struct Paper;
 
@@ -32,7 +33,16 @@ impl Method for Robust {
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
-        running(Config::robust(), pairs, setting)
+        running(pairs, setting, |cameras, start| {
+            let factory = FactoryCalibration::new(cameras, start).without_yaw();
+            let mut calibrator =
+                Box::new(Calibrator::<f32, CAPACITY>::new(Config::robust(), &factory));
+            move |pair: Vec<_>| {
+                // A match that the core refuses is left out; a refused pair leaves the estimate unchanged.
+                let _ = calibrator.take_pair(pair);
+                calibrator.proposal().map(|proposal| proposal.extrinsics)
+            }
+        })
     }
 }
 
@@ -42,35 +52,41 @@ impl Method for Paper {
     }
 
     fn source(&self) -> &'static str {
-        "this project, Config::paper, f32: Zhao, Zhang, Chen and Fan, \"Dive Deeper into Rectifying \
+        "this project, paper::PaperCalibrator, f32: Zhao, Zhang, Chen and Fan, \"Dive Deeper into Rectifying \
          Homography for Stereo Camera Online Self-Calibration\", eqs 1-22, errata corrected"
     }
 
     fn running(&self, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
-        running(Config::paper(), pairs, setting)
+        running(pairs, setting, |cameras, start| {
+            let mut calibrator =
+                Box::new(PaperCalibrator::<f32, CAPACITY>::new(Settings::DEFAULT, cameras, start));
+            move |pair: Vec<_>| {
+                let _ = calibrator.take_pair(pair);
+                calibrator.estimate().map(|estimate| estimate.extrinsics)
+            }
+        })
     }
 }
 
-fn running(config: Config, pairs: &[Vec<Rays>], setting: &Setting) -> Vec<Option<Extrinsics<f64>>> {
+/// The estimates after each pair.
+///
+/// * `begin`: returns a function that takes a pair and returns the estimate.
+fn running<F: FnMut(Vec<Correspondence<f32>>) -> Option<Extrinsics<f32>>>(
+    pairs: &[Vec<Rays>],
+    setting: &Setting,
+    begin: impl FnOnce(Cameras<f32>, Extrinsics<f32>) -> F,
+) -> Vec<Option<Extrinsics<f64>>> {
     let pairs: Vec<Vec<Rays>> = pairs.iter().map(|rays| usable(rays)).collect();
     let Some((camera, start)) = camera(&pairs, setting).zip(in_f32(&setting.start)) else {
         return vec![None; pairs.len()];
     };
-    let cameras = Cameras { left: camera, right: camera };
-    let factory = FactoryCalibration::new(cameras, start).without_yaw();
-    let mut calibrator = Box::new(Calibrator::<f32, CAPACITY>::new(config, &factory));
-    let after = pairs.iter().map(|rays| {
-        for [p_l, p_r] in rays {
-            let [left, right] = [p_l, p_r].map(|ray| camera.pixel(ray.xy().map(f32::lit)));
-            let Some((left, right)) = left.ok().zip(right.ok()) else { continue };
-            // A match that the core refuses is left out.
-            let _ = calibrator.push(&Correspondence { left, right, score: 1.0, grid_step: 0.0 });
-        }
-        // A refused pair leaves the estimate unchanged.
-        let _ = calibrator.solve_pair();
-        calibrator.proposal().map(|proposal| in_f64(&proposal.extrinsics))
-    });
-    after.collect()
+    let mut take = begin(Cameras { left: camera, right: camera }, start);
+    let match_of = |[p_l, p_r]: &Rays| {
+        let [left, right] = [p_l, p_r].map(|ray| camera.pixel(ray.xy().map(f32::lit)).ok());
+        Some(Correspondence { left: left?, right: right?, score: 1.0, grid_step: 0.0 })
+    };
+    let after = pairs.iter().map(|rays| take(rays.iter().filter_map(match_of).collect()));
+    after.map(|estimate| estimate.map(|found| in_f64(&found))).collect()
 }
 
 /// A pinhole with the setting's focal length, whose image is centred on the axis and holds all rays within

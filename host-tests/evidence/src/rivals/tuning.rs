@@ -14,7 +14,7 @@ pub struct Tuning {
     pub prefiltered: bool,
     /// The scale of the noise is estimated from the matches instead of given.
     pub noise_estimated: bool,
-    /// Single pairs pass the gate of the paper preset before they are fused.
+    /// Single pairs pass the gate of the published method before they are fused.
     pub gated: bool,
     /// A redescending loss starts at a wide scale, halved step by step.
     pub annealed: bool,

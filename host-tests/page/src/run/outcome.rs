@@ -19,7 +19,7 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
             "There is no estimate: it restarted with a corrected lens, and no pair was fused since.",
         ),
         None => section.alarm("There is no estimate: no pair could be fused."),
-        Some(fused) if fused.state != State::Locked || fused.doubt.is_some() => {
+        Some(fused) if fused.state != State::Locked || fused.is_doubtful() => {
             section.alarm(format!("The calibrator does not confirm this estimate: {fused}."));
         }
         Some(_) => {}

@@ -289,10 +289,11 @@ mod tests {
     use rigs::data::in_f64;
     use sim::run::{Start, replay};
     use sim::synth::Scene;
-    use stereo_selfcal::{Config, Extrinsics};
+    use stereo_selfcal::Extrinsics;
+    use stereo_selfcal::paper::Settings;
 
     fn picture(set: &Dataset) -> String {
-        let run = replay::<f32>(set, Config::paper(), Start::Guess, |_| ()).unwrap();
+        let run = replay::<f32>(set, Settings::DEFAULT, Start::Guess, |_| ()).unwrap();
         svg(set, &run).unwrap()
     }
 

@@ -14,11 +14,13 @@ __all__ = [
     "Camera",
     "Details",
     "Pair",
+    "Published",
     "Result",
     "Rig",
     "Verdict",
     "check",
     "encode_frame",
+    "fuse_published",
     "match",
     "read_rig",
     "solve_pairs",
@@ -304,8 +306,6 @@ class Calibrator:
         Cameras, and start of the estimate.
     capacity : int
         Capacity in matches of a pair: 64, 256, 1024 or 2048. From more matches it selects by image spread and score.
-    preset : str
-        ``"robust"``: up to half of the matches may be wrong. ``"paper"``: the published method.
     lens : str
         Errors of the lens models: ``"report"`` them, take the models as ``"given"``, or ``"compensate"`` them.
     max_correction_rad : float, optional
@@ -329,7 +329,6 @@ class Calibrator:
         cls,
         rig: Rig,
         capacity: int = 256,
-        preset: Literal["robust", "paper"] = "robust",
         *,
         lens: Literal["report", "given", "compensate"] = "report",
         max_correction_rad: float | None = None,
@@ -642,7 +641,7 @@ class Details:
         Apparent yaw of the lenses, rad.
     lens : dict or None
         Errors of the lens models that the pairs show: ``focal``, ``k1``, ``k1_mean``, ``p1``, ``principal_x_px``.
-    weakest : tuple or None
+    weakest : tuple
         The least certain direction and its standard deviation, rad.
     yaw : float
         Expected error of the yaw in use, rad: depth ``Z`` is off by ``Z**2 * yaw / baseline``.
@@ -671,7 +670,7 @@ class Details:
     @property
     def lens(self) -> dict[str, Finding] | None: ...
     @property
-    def weakest(self) -> tuple[str, float] | None: ...
+    def weakest(self) -> tuple[str, float]: ...
     @property
     def yaw(self) -> float: ...
     @property
@@ -759,7 +758,6 @@ def solve_pairs(
     rig: Rig,
     pairs: Iterable[Sequence[_Floats | None]],
     capacity: int = 256,
-    preset: Literal["robust", "paper"] = "robust",
 ) -> list[Result]:
     """Solve pairs alone, each from the factory extrinsics, on all processors.
 
@@ -769,13 +767,64 @@ def solve_pairs(
         Their rig.
     pairs : iterable of (uv_left, uv_right) or (uv_left, uv_right, score)
         As in `Calibrator.fuse`.
-    capacity, preset
+    capacity
         As in `Calibrator`.
 
     Returns
     -------
     list of Result
         In the order of the pairs, each solved by a fresh calibrator.
+    """
+
+@final
+class Published:
+    """The estimate of the published method after a pair (`fuse_published`).
+
+    Attributes
+    ----------
+    R, t : numpy.ndarray
+        ``p_r = R p_l + t``.
+    sd : Sd
+        Standard errors of the means, rad; after one pair the standard deviations of that pair.
+    pairs : int
+        Pairs in the estimate.
+    axis_is_meaningful : bool
+        Whether the rotation has an axis that the pairs agree on. Near ``R = I`` the axis is noise.
+    """
+
+    @property
+    def R(self) -> Array: ...
+    @property
+    def t(self) -> Array: ...
+    @property
+    def sd(self) -> Sd: ...
+    @property
+    def pairs(self) -> int: ...
+    @property
+    def axis_is_meaningful(self) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+def fuse_published(
+    rig: Rig,
+    pairs: Iterable[Sequence[_Floats | None]],
+    *,
+    angle: Literal["mean", "median"] = "mean",
+) -> list[Published | None]:
+    """Fuse pairs by the published method, whose only defence against wrong matches is the Huber weight.
+
+    Parameters
+    ----------
+    rig : Rig
+        Their rig. Every pair is solved from its factory extrinsics.
+    pairs : iterable of (uv_left, uv_right) or (uv_left, uv_right, score)
+        As in `Calibrator.fuse`.
+    angle : str
+        Average of the rotation angles: ``"mean"`` or ``"median"``.
+
+    Returns
+    -------
+    list of Published or None
+        The estimate after each pair; None before the first fused pair.
     """
 
 def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> Rig:

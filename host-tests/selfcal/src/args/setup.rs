@@ -9,16 +9,16 @@ use nalgebra::Vector3;
 use rigs::data::{Meta, Rows, WrongSign, matrix};
 use rigs::formats;
 use serde::Deserialize;
-use sim::run::{Apply, Capacity, Feed, LensTracking, RunLog, Start, Step, replay_pairs};
+use sim::run::{Apply, Capacity, Feed, LensTracking, Method, RunLog, Start, Step, replay_pairs};
 use stereo_selfcal::paper::{Central, Settings};
-use stereo_selfcal::{Config, Extrinsics, Scalar};
+use stereo_selfcal::{Extrinsics, Scalar};
 
 use super::parse::choice;
 
 /// Settings of the calibrator.
 #[derive(Debug, Args)]
 pub(crate) struct Setup {
-    /// Parameters of the calibrator.
+    /// Method. The published one has no verdict and applies nothing, and takes neither ranges nor tracks.
     #[arg(long, value_enum, default_value_t = Preset::Robust)]
     preset: Preset,
 
@@ -31,15 +31,15 @@ pub(crate) struct Setup {
     #[arg(long, value_parser = choice::<Capacity>(), default_value_t = Capacity::N2048, value_name = "N")]
     capacity: Capacity,
 
-    /// Trust in the lens models of the data, robust preset.
+    /// Trust in the lens models of the data; robust only.
     #[arg(long, value_parser = choice::<LensTracking>(), default_value_t = LensTracking::Report)]
     lens: LensTracking,
 
-    /// Central tendency of the pairs' rotation angles in fusion, paper preset.
+    /// Central tendency of the pairs' rotation angles in fusion; paper only.
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
 
-    /// Start of the first pairs, and in the paper preset of every pair. `guess`: R = I, t = (-1, 0, 0), whose yaw is not
+    /// Start of the first pairs, and with `--preset paper` of every pair. `guess`: R = I, t = (-1, 0, 0), whose yaw is not
     /// known. Anything else is a calibration, whose yaw is kept until the mount turns: `rig`: R and t of the recording's
     /// rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml;
     /// files or folder of any format that `selfcal import` reads. Only R and t are read; R and t of --lens compensate do
@@ -48,16 +48,16 @@ pub(crate) struct Setup {
     #[arg(long, value_name = "guess|rig|FILE|DIR")]
     initial: Option<PathBuf>,
 
-    /// Largest row offset in use at which the rig may arm, px.
+    /// Largest row offset in use at which the rig may arm, px; robust only.
     #[arg(long, default_value_t = 1.0, value_name = "PX")]
     rows_limit: f32,
 
-    /// Largest expected error of disparity at which the rig may arm, px; `inf` for a rig that uses rows and no depth.
+    /// Largest expected error of disparity at which the rig may arm, px; `inf` for a rig that uses rows and no depth; robust only.
     #[arg(long, default_value_t = 2.0, value_name = "PX")]
     depth_limit: f32,
 }
 
-/// Parameters of the calibrator.
+/// Method.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum Preset {
     /// Whitened residuals, redescending loss, fusion by moments, change detection: survives outliers.
@@ -91,30 +91,32 @@ impl Setup {
         apply: Apply,
         each: impl FnMut(&Step),
     ) -> Result<RunLog> {
-        let (config, rig, capacity) = (self.config()?, feed.rig.clone(), self.capacity);
+        let (method, rig, capacity) = (self.method()?, feed.rig.clone(), self.capacity);
         let usual = Path::new(if rig.is_calibrated() { "rig" } else { "guess" });
         let initial = self.initial.as_deref().unwrap_or(usual);
         eprintln!("{}", said(initial, &rig));
         match self.scalar {
             Number::F32 => {
-                replay_pairs(feed, config, start::<f32>(initial, &rig)?, capacity, apply, each)
+                replay_pairs(feed, method, start::<f32>(initial, &rig)?, capacity, apply, each)
             }
             Number::F64 => {
-                replay_pairs(feed, config, start::<f64>(initial, &rig)?, capacity, apply, each)
+                replay_pairs(feed, method, start::<f64>(initial, &rig)?, capacity, apply, each)
             }
         }
     }
 
-    fn config(&self) -> Result<Config> {
+    fn method(&self) -> Result<Method> {
         let angle = match self.angle {
             Angle::Mean => Central::Mean,
             Angle::Median => Central::Median,
         };
-        let config = match self.preset {
-            Preset::Robust => self.lens.config(),
-            Preset::Paper => Config::paper().with_paper(Settings::DEFAULT.with_angle(angle)),
-        };
-        Ok(config.with_depth_limit_px(self.depth_limit)?.with_rows_limit_px(self.rows_limit)?)
+        Ok(match self.preset {
+            Preset::Robust => {
+                let config = self.lens.config().with_depth_limit_px(self.depth_limit)?;
+                config.with_rows_limit_px(self.rows_limit)?.into()
+            }
+            Preset::Paper => Settings::DEFAULT.with_angle(angle).into(),
+        })
     }
 }
 

@@ -88,7 +88,7 @@ impl ExportArgs {
         let log = self.setup.replay(Feed::of(set)?, Apply::Never, |_| ())?;
         let estimate = log.try_fused().with_context(|| set.name.clone())?;
         eprintln!("{} pairs of {}: {estimate}", set.pairs.len(), set.name);
-        if estimate.state != State::Locked || estimate.doubt.is_some() {
+        if estimate.state != State::Locked || estimate.is_doubtful() {
             eprintln!("the calibrator does not confirm this estimate");
         }
         Ok(estimate.rig(&set.meta))

@@ -1,4 +1,4 @@
-//! The proposal of the calibrator in `f64`.
+//! The estimate of a run in `f64`.
 
 use std::fmt;
 
@@ -6,6 +6,7 @@ use anyhow::Result;
 use serde::Serialize;
 use stereo_selfcal::geometry::LensCorrection;
 use stereo_selfcal::outcome::{Finding, LensEstimate, StandardDeviations, Vibration};
+use stereo_selfcal::paper::FusedEstimate;
 use stereo_selfcal::{Calibration, Extrinsics, Proposal, Reason, Reasons, Scalar, State};
 
 use rigs::data::{Dataset, Meta, in_f64, rows};
@@ -27,8 +28,8 @@ pub struct Estimate {
     pub lens: Option<Lens>,
     /// Apparent yaw of the lens, rad.
     pub lens_yaw: Finding<f64>,
-    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad. Without a covariance it is
-    /// `sd.rotation`.
+    /// Standard deviation of the yaw of the mount, with the lens uncertain, rad. The published method has no covariance,
+    /// and it is `sd.rotation`.
     pub yaw_sd: f64,
     /// Motion of the rig about the estimate, rad RMS.
     pub vibration: Vibration<f64>,
@@ -36,6 +37,8 @@ pub struct Estimate {
     pub state: State,
     /// The strongest reason against the estimate that comes from the matches.
     pub doubt: Option<Reason>,
+    /// Whether the axis of the rotation is noise, in the published method.
+    pub axis_is_noise: bool,
 }
 
 /// [`LensEstimate`] in `f64`. Code outside the core cannot construct a `LensEstimate`.
@@ -68,7 +71,7 @@ impl<T: Scalar> From<LensEstimate<T>> for Lens {
 impl Estimate {
     /// Conversion of a proposal.
     pub fn of<T: Scalar>(proposal: &Proposal<T>) -> Self {
-        let yaw_sd = proposal.covariance_lens.map_or(proposal.sd.rotation, |c| c.m22.sqrt());
+        let yaw_sd = proposal.covariance_lens.m22.sqrt();
         let LensCorrection { focal, k1 } = proposal.correction;
         Self {
             extrinsics: in_f64(&proposal.extrinsics),
@@ -85,7 +88,32 @@ impl Estimate {
             },
             state: proposal.state,
             doubt: doubt(proposal.reasons()),
+            axis_is_noise: false,
         }
+    }
+
+    /// Conversion of an estimate of the published method, which takes the lens models as exact.
+    pub fn published<T: Scalar>(estimate: &FusedEstimate<T>) -> Self {
+        let sd = deviations(&estimate.sd);
+        Self {
+            extrinsics: in_f64(&estimate.extrinsics),
+            correction: LensCorrection::NONE,
+            sd,
+            sd_lens: sd,
+            baseline_observed: true,
+            lens: None,
+            lens_yaw: Finding { value: 0.0, sd: 0.0 },
+            yaw_sd: sd.rotation,
+            vibration: Vibration::NONE,
+            state: State::Locked,
+            doubt: None,
+            axis_is_noise: !estimate.axis_is_meaningful,
+        }
+    }
+
+    /// Whether anything speaks against the estimate beyond its deviations.
+    pub fn is_doubtful(&self) -> bool {
+        self.doubt.is_some() || self.axis_is_noise
     }
 
     /// The extrinsics with the corrected cameras of a data set.
@@ -112,7 +140,7 @@ impl Estimate {
 
 /// The strongest of the reasons against an estimate that come from the matches.
 pub fn doubt(reasons: Reasons) -> Option<Reason> {
-    let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves, Reason::Axis];
+    let doubts = [Reason::SecondMode, Reason::Biased, Reason::ImageHalves];
     doubts.into_iter().find(|reason| reasons.contains(*reason))
 }
 
@@ -134,6 +162,7 @@ impl fmt::Display for Estimate {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.state)?;
         match self.doubt {
+            None if self.axis_is_noise => f.write_str(", axis uncertain"),
             None => Ok(()),
             // With a lens prior the disagreement only widens the deviations.
             Some(Reason::ImageHalves) if self.lens.is_some() => {
@@ -142,7 +171,6 @@ impl fmt::Display for Estimate {
             Some(Reason::ImageHalves) => f.write_str(", image halves disagree: t held"),
             Some(Reason::Biased) => f.write_str(", image halves disagree: not applied"),
             Some(Reason::SecondMode) => f.write_str(", second crowd of matches: not applied"),
-            Some(Reason::Axis) => f.write_str(", axis uncertain"),
             Some(other) => write!(f, ", {other:?}"),
         }
     }

@@ -3,9 +3,7 @@
 use anyhow::{Result, bail};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::outcome::Details;
-use stereo_selfcal::{
-    Calibrator, Cameras, Extrinsics, Fused, PairReport, Proposal, Rejection, Scalar,
-};
+use stereo_selfcal::{Calibrator, Cameras, Extrinsics, Fused, PairReport, Rejection, Scalar};
 
 use super::checked::Checked;
 use super::estimate::Estimate;
@@ -74,14 +72,14 @@ impl RunLog {
         &mut self,
         [offered, taken]: [usize; 2],
         outcome: Result<(PairReport<T>, Result<Fused, Rejection>), Rejection>,
-        fused: Option<&Proposal<T>>,
+        fused: Option<Estimate>,
     ) -> &Step {
         if self.brief {
             self.steps.drain(..).for_each(|step| self.forgotten.add(&step));
         }
         let number = self.forgotten.pairs + self.steps.len();
         self.truth = self.truths.get(number).copied().or(self.truth);
-        self.fused = fused.map(Estimate::of);
+        self.fused = fused;
         let running = self.fused.and_then(|f| self.error(&f.extrinsics));
         let (verdict, solved) = match outcome {
             Err(error) => (Verdict::Failed(error), None),

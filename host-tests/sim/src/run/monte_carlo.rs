@@ -44,7 +44,7 @@ pub struct AfterPair {
     pub sd: Deviation<f64>,
     /// Error divided by its reported standard deviation with the lens as given, the larger ratio of `R` and `t`.
     pub error_in_sd: f64,
-    /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN without a covariance.
+    /// Squared error normalised by the reported covariance (NEES), five degrees of freedom; NaN if the covariance has no factor.
     pub nees: f64,
     /// Whether the verdict permitted arming.
     pub armed: bool,
@@ -275,11 +275,8 @@ fn run<T: Scalar>(scenario: &Scenario, config: Config, seed: u64) -> Result<Run>
 fn nees<T: Scalar>(proposal: &Proposal<T>, truth: &Extrinsics<f64>) -> f64 {
     let found = RectifyingRotations::from(&in_f64(&proposal.extrinsics));
     let off = found.unknowns_to(&RectifyingRotations::from(truth));
-    let nees = proposal.covariance.and_then(|c| {
-        let c = c.map(T::to_f64);
-        Some(off.dot(&c.cholesky()?.solve(&off)))
-    });
-    nees.unwrap_or(f64::NAN)
+    let factor = proposal.covariance.map(T::to_f64).cholesky();
+    factor.map_or(f64::NAN, |factor| off.dot(&factor.solve(&off)))
 }
 
 /// 99 % bounds of the mean NEES of `n` consistent estimates, five degrees of freedom.

@@ -1,18 +1,20 @@
 //! Replay: feeds a data set to the calibrator as on a controller.
 
-use std::fmt;
-
 use anyhow::{Result, bail};
 use stereo_selfcal::depth::RangeReading;
+use stereo_selfcal::paper::Settings;
 use stereo_selfcal::{
     Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Outcome, Rejection, Scalar,
 };
 use strum::{Display, EnumMessage, EnumString, VariantArray};
 
 use super::alone::PairSolver;
+use super::estimate::Estimate;
 use super::factory::{self, Start};
 use super::log::RunLog;
+use super::published::Published;
 use super::refused::{self, CountByReason, WitnessCounts};
+use super::replayed::{Apply, Replayed};
 use super::step::Step;
 use rigs::data::ranges::{self, Ranges};
 use rigs::data::tracked::{self, Track};
@@ -29,17 +31,25 @@ pub enum Capacity {
     N2048,
 }
 
-/// When the estimate is applied.
-#[derive(
-    Debug, Clone, Copy, PartialEq, Eq, Default, Display, EnumMessage, EnumString, VariantArray,
-)]
-#[strum(serialize_all = "kebab-case")]
-pub enum Apply {
-    /// Never: the extrinsics of the start stay in use.
-    #[default]
-    Never,
-    /// After every pair, as on a vehicle.
-    Each,
+/// Method of a run, with its parameters.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Method {
+    /// The calibrator.
+    Robust(Config),
+    /// The published method.
+    Paper(Settings),
+}
+
+impl From<Config> for Method {
+    fn from(config: Config) -> Self {
+        Self::Robust(config)
+    }
+}
+
+impl From<Settings> for Method {
+    fn from(settings: Settings) -> Self {
+        Self::Paper(settings)
+    }
 }
 
 /// Number type of a run. This crate compiles the estimator for both types. A generic run would be compiled again in
@@ -54,13 +64,13 @@ pub trait ReplayScalar: Scalar {
 }
 
 /// Makes the calibrator of a run, and the solver of its pairs alone.
-type NewReplayed<T> = fn(Config, &FactoryCalibration<T>) -> Box<dyn Replayed>;
+type NewReplayed<T> = fn(Method, &FactoryCalibration<T>) -> Box<dyn Replayed>;
 
 impl ReplayScalar for f32 {
     fn replayed(capacity: Capacity) -> Result<NewReplayed<Self>> {
         Ok(match capacity {
-            Capacity::N256 => Solvers::<Self, 256>::boxed,
-            Capacity::N2048 => Solvers::<Self, 2048>::boxed,
+            Capacity::N256 => boxed::<Self, 256>,
+            Capacity::N2048 => boxed::<Self, 2048>,
         })
     }
 }
@@ -71,22 +81,9 @@ impl ReplayScalar for f64 {
             Capacity::N256 => {
                 bail!("--capacity 256 is for --scalar f32, the number type of a vehicle")
             }
-            Capacity::N2048 => Ok(Solvers::<Self, 2048>::boxed),
+            Capacity::N2048 => Ok(boxed::<Self, 2048>),
         }
     }
-}
-
-/// Takes pairs, and records the results in a log.
-#[doc(hidden)]
-pub trait Replayed: fmt::Debug + Send {
-    /// Solves and fuses a pair, and takes the range readings and tracks that come with it.
-    fn take(
-        &mut self,
-        pair: &[Match],
-        with: (&[RangeReading<f64>], &[Track]),
-        apply: Apply,
-        log: &mut RunLog,
-    );
 }
 
 /// The calibrator of a run, and the solver of its pairs alone.
@@ -98,11 +95,20 @@ struct Solvers<T: Scalar, const N: usize> {
     alone: PairSolver<T, N>,
 }
 
+fn boxed<T: Scalar, const N: usize>(
+    method: Method,
+    made: &FactoryCalibration<T>,
+) -> Box<dyn Replayed> {
+    match method {
+        Method::Robust(config) => Box::new(Solvers::<T, N>::new(config, made)),
+        Method::Paper(settings) => Box::new(Published::<T, N>::new(settings, made)),
+    }
+}
+
 impl<T: Scalar, const N: usize> Solvers<T, N> {
-    fn boxed(config: Config, made: &FactoryCalibration<T>) -> Box<dyn Replayed> {
+    fn new(config: Config, made: &FactoryCalibration<T>) -> Self {
         let calibrator = Box::new(Calibrator::new(config, made));
-        let alone = PairSolver::new(config, made);
-        Box::new(Self { calibrator, cameras: made.cameras, alone })
+        Self { calibrator, cameras: made.cameras, alone: PairSolver::new(config, made) }
     }
 }
 
@@ -136,13 +142,13 @@ impl Running {
     /// If the rig is not valid, or the number type has no such capacity.
     pub fn new<T: ReplayScalar>(
         rig: &Meta,
-        config: Config,
+        method: impl Into<Method>,
         start: Start<T>,
         capacity: Capacity,
         apply: Apply,
     ) -> Result<Self> {
         let factory = in_f64(&start.extrinsics());
-        let replayed = T::replayed(capacity)?(config, &factory::of(rig, start)?);
+        let replayed = T::replayed(capacity)?(method.into(), &factory::of(rig, start)?);
         let log = if rig.has_reference() {
             RunLog::new(rig.extrinsics()?, factory)
         } else {
@@ -206,11 +212,11 @@ impl<'a> Feed<'a> {
 /// If the data set's rig is not valid.
 pub fn replay<T: ReplayScalar>(
     set: &Dataset,
-    config: Config,
+    method: impl Into<Method>,
     start: Start<T>,
     each: impl FnMut(&Step),
 ) -> Result<RunLog> {
-    replay_pairs(Feed::of(set)?, config, start, Capacity::N2048, Apply::Never, each)
+    replay_pairs(Feed::of(set)?, method, start, Capacity::N2048, Apply::Never, each)
 }
 
 /// Replays pairs through a calibrator.
@@ -222,13 +228,13 @@ pub fn replay<T: ReplayScalar>(
 /// As [`Running::new`], or if a pair cannot be read.
 pub fn replay_pairs<T: ReplayScalar>(
     feed: Feed<'_>,
-    config: Config,
+    method: impl Into<Method>,
     start: Start<T>,
     capacity: Capacity,
     apply: Apply,
     mut each: impl FnMut(&Step),
 ) -> Result<RunLog> {
-    let mut running = Running::new(feed.rig, config, start, capacity, apply)?;
+    let mut running = Running::new(feed.rig, method, start, capacity, apply)?;
     running.log = running.log.with_truths(feed.truths);
     (running.ranges, running.tracks) = (feed.ranges, feed.tracks);
     if feed.brief {
@@ -273,7 +279,8 @@ fn replay_pair<T: Scalar, const N: usize>(
         // `apply` refuses an estimate that is not locked, or is in doubt; the verdict gives the reason.
         let _ = calibrator.apply();
     }
-    log.record([pair.len(), taken], outcome, calibrator.proposal().as_ref());
+    let proposal = calibrator.proposal();
+    log.record([pair.len(), taken], outcome, proposal.as_ref().map(Estimate::of));
     log.note_counts(refused, witnessed);
     log.check(calibrator, cameras, details.as_ref());
 }

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use stereo_selfcal::geometry::metrics::Deviation;
-use stereo_selfcal::{Extrinsics, Fused, Rejection};
+use stereo_selfcal::{Extrinsics, Fused, Rejection, State};
 
 use super::checked::Checked;
 use super::estimate::Estimate;
@@ -33,8 +33,8 @@ pub struct Step {
     pub witnessed: WitnessCounts,
     /// Outcome of the pair.
     pub verdict: Verdict,
-    /// The solution of the pair in the run; `None` if it is not solved. The robust preset starts it from the running
-    /// estimate if there is one.
+    /// The solution of the pair in the run; `None` if it is not solved. The calibrator starts it from the running
+    /// estimate if there is one; the published method starts it from the factory extrinsics.
     pub solved: Option<Solved>,
     /// The pair solved alone, if the run has noted it.
     pub alone: Option<Alone>,
@@ -100,6 +100,12 @@ impl Step {
             Some(alone) => alone.extrinsics,
             None => self.solved.map(|solved| solved.extrinsics),
         }
+    }
+
+    /// State after this pair: of the calibrator, or of the estimate if the run has not noted it.
+    pub fn state(&self) -> Option<State> {
+        let estimate = self.estimate.map(|estimate| estimate.state);
+        self.checked.map(|checked| checked.state).or(estimate)
     }
 
     /// Heading of the lines that `Display` writes. Row offsets and passes belong to the pair as solved in the run; the

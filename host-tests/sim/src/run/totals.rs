@@ -36,7 +36,7 @@ pub(super) struct Totals {
 impl Totals {
     /// Adds the next pair.
     pub(super) fn add(&mut self, step: &Step) {
-        let Step { offered, refused, witnessed, verdict, solved, alone, checked, .. } = step;
+        let Step { offered, refused, witnessed, verdict, solved, alone, .. } = step;
         self.matches += offered;
         refused::add(&mut self.refused, refused);
         self.witnessed.add(witnessed);
@@ -55,7 +55,7 @@ impl Totals {
         }
         self.alone.add(alone.and_then(|alone| alone.error));
         self.alone_pairs += usize::from(alone.is_some_and(|alone| alone.extrinsics.is_some()));
-        if checked.is_some_and(|checked| checked.state == State::Locked) {
+        if step.state() == Some(State::Locked) {
             self.locked_at = self.locked_at.or(Some(self.pairs));
         }
         self.pairs += 1;

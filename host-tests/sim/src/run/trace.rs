@@ -65,7 +65,7 @@ fn row(pair: usize, step: &Step) -> Vec<String> {
     let doubt = estimate.and_then(|estimate| estimate.doubt);
     let mut row = vec![
         pair.to_string(),
-        said(checked.map(|checked| checked.state)),
+        said(step.state()),
         verdict.to_string(),
         said(checked.map(|checked| checked.is_armed())),
         said(doubt),

@@ -7,16 +7,19 @@ use std::fmt::Write;
 
 use expect_test::expect_file;
 use rigs::data::Dataset;
-use sim::run::{Start, Step, replay};
+use sim::run::{Method, Start, Step, replay};
 use stereo_selfcal::Config;
+use stereo_selfcal::paper::Settings;
 
 fn table(name: &str) -> String {
     let set = Dataset::load(&Dataset::shipped().join(name)).unwrap();
     let mut text = String::new();
-    for (preset, config) in [("robust", Config::robust()), ("paper", Config::paper())] {
+    let methods: [(_, Method); 2] =
+        [("robust", Config::robust().into()), ("paper", Settings::DEFAULT.into())];
+    for (preset, method) in methods {
         writeln!(text, "{name}, {preset} preset, f32\npair {}", Step::HEADING).unwrap();
         let mut index = 0;
-        let run = replay::<f32>(&set, config, Start::usual(&set.meta).unwrap(), |step| {
+        let run = replay::<f32>(&set, method, Start::usual(&set.meta).unwrap(), |step| {
             writeln!(text, "{index:>4} {step}").unwrap();
             index += 1;
         });

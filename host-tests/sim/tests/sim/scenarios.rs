@@ -6,9 +6,10 @@ use sim::run::{Start, replay};
 use sim::synth::{
     Depth, Disturbance, LensError, LensErrors, Scenario, ScenarioKind, ScenarioPair, Scene, rig,
 };
+use stereo_selfcal::Extrinsics;
 use stereo_selfcal::geometry::metrics::rotation_angle;
 use stereo_selfcal::geometry::so3;
-use stereo_selfcal::{Config, Extrinsics};
+use stereo_selfcal::paper::Settings;
 use strum::VariantArray;
 
 fn frames(kind: ScenarioKind, pairs: usize) -> Vec<ScenarioPair> {
@@ -309,7 +310,7 @@ fn step() -> Dataset {
 
 /// Errors of `R`, rad: of the single pairs, of the running estimate, and of the final estimate.
 fn errors(set: &Dataset) -> ([Vec<f64>; 2], f64) {
-    let run = replay::<f64>(set, Config::paper(), Start::Guess, |_| {}).unwrap();
+    let run = replay::<f64>(set, Settings::DEFAULT, Start::Guess, |_| {}).unwrap();
     let single = run.steps().iter().map(|step| step.solved.unwrap().error.unwrap().rotation);
     let running = run.steps().iter().map(|step| step.running.unwrap().rotation);
     ([single.collect(), running.collect()], run.summary(set).unwrap().e_theta.unwrap())

@@ -19,7 +19,6 @@ mod witness;
 
 use core::hint::black_box;
 
-use stereo_selfcal::paper::{Central, Settings};
 use stereo_selfcal::{Config, ConfigError, LensPrior, LensTracking, Scalar};
 
 #[cortex_m_rt::entry]
@@ -29,7 +28,7 @@ fn main() -> ! {
             let configured = black_box(config().unwrap_or_default());
             facade::all(configured, cameras);
             link::all(configured, cameras);
-            solver::all(configured, &cameras);
+            solver::all(&cameras);
             geometry::all(&cameras);
         }
         scalar();
@@ -51,20 +50,16 @@ fn show<V>(value: V) {
 }
 
 fn config() -> Result<Config, ConfigError> {
-    let angle = if black_box(false) { Central::Median } else { Central::Mean };
-    let start = if black_box(false) { Config::paper() } else { Config::robust() };
+    let start = Config::robust();
     let start = if black_box(false) { start.without_lens_prior() } else { start };
     let tracking = if black_box(false) { LensTracking::Compensate } else { LensTracking::Report };
     show(tracking.code());
-    let paper = Settings::DEFAULT.with_step_tolerance_rad(number())?.with_angle(angle);
-    let paper = paper.with_max_sd_rad(number())?;
     start
         .with_prior_sd_rad(number())?
         .with_huber_threshold_px(number())?
         .with_max_passes(black_box(0))?
         .with_min_correspondences(black_box(0))?
         .with_noise_floor_px(number())?
-        .with_paper(paper)
         .with_lens_prior(black_box(LensPrior::WIDE))?
         .with_lens_tracking(tracking)
         .with_lens_yaw_sd_rad(number())?

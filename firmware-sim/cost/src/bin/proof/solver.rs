@@ -4,15 +4,17 @@ use core::hint::black_box;
 
 use stereo_selfcal::batch::{Batch, RayPair};
 use stereo_selfcal::outcome::Information;
-use stereo_selfcal::paper::{Central, HuberSolver, MeanDirection};
-use stereo_selfcal::{Cameras, Config, Correspondence, Extrinsics, PairReport};
+use stereo_selfcal::paper::{Central, HuberSolver, MeanDirection, PaperCalibrator, Settings};
+use stereo_selfcal::{Cameras, ConfigError, Correspondence, Extrinsics, PairReport};
 
 use crate::{geometry, number, numbers, show};
 
-pub(crate) fn all(config: Config, cameras: &Cameras<f32>) {
+pub(crate) fn all(cameras: &Cameras<f32>) {
     let mut batch = batch(cameras);
     let start = geometry::extrinsics().unwrap_or(Extrinsics::SIDE_BY_SIDE);
-    if let Ok(mut solver) = HuberSolver::begin(&config, number(), &start, batch.pairs()) {
+    let settings = settings().unwrap_or_default();
+    facade(PaperCalibrator::new(settings, *cameras, start));
+    if let Ok(mut solver) = HuberSolver::begin(&settings, number(), &start, batch.pairs()) {
         while !solver.is_done() {
             show(solver.advance(batch.pairs()));
         }
@@ -23,6 +25,36 @@ pub(crate) fn all(config: Config, cameras: &Cameras<f32>) {
     }
     batch.clear();
     show(batch.pairs());
+}
+
+fn settings() -> Result<Settings, ConfigError> {
+    Settings::DEFAULT
+        .with_angle(central())
+        .with_huber_threshold_px(number())?
+        .with_max_passes(black_box(0))?
+        .with_min_correspondences(black_box(0))?
+        .with_noise_floor_px(number())?
+        .with_step_tolerance_rad(number())?
+        .with_max_sd_rad(number())?
+        .with_max_correction_rad(number())
+}
+
+fn central() -> Central {
+    if black_box(false) { Central::Mean } else { Central::Median }
+}
+
+fn facade(mut calibrator: PaperCalibrator<f32, 256>) {
+    for _ in 0..black_box(0) {
+        show(calibrator.push(&correspondence()));
+        show(calibrator.take_pair([correspondence()]));
+        show(calibrator.solve_pair());
+        show(calibrator.advance_pair());
+        show(calibrator.estimate());
+        show(calibrator.has_valid_lengths());
+        show(calibrator.batch().pairs());
+        calibrator.discard_pair();
+        calibrator.reset();
+    }
 }
 
 pub(crate) fn correspondence() -> Correspondence<f32> {
@@ -62,8 +94,7 @@ fn information(information: &Information<f32>) {
 }
 
 fn fusion(report: &PairReport<f32>) {
-    let mut fusion =
-        MeanDirection::new(if black_box(false) { Central::Mean } else { Central::Median });
+    let mut fusion = MeanDirection::new(central());
     for _ in 0..black_box(0) {
         fusion.add(report);
     }

@@ -1,19 +1,17 @@
 //! One pair in the published method: its stop, its report, and its solution pass by pass.
 
-use crate::api::presets::{calibrator, with};
+use super::{published, with};
 use crate::api::scene::{cameras, correspondences, rig};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::outcome::Stop;
-use stereo_selfcal::paper::HuberSolver;
-use stereo_selfcal::{
-    Config, Correspondence, Extrinsics, PairReport, PushError, Rejection, Scalar,
-};
+use stereo_selfcal::paper::{HuberSolver, Settings};
+use stereo_selfcal::{Correspondence, Extrinsics, PairReport, PushError, Rejection, Scalar};
 
 const ROTATION: [f64; 3] = [3.0, -2.5, 4.0];
 const BASELINE: [f64; 2] = [4.0, -3.0];
 
 fn solved<T: Scalar>(noise_px: f64) -> PairReport<T> {
-    let mut calibrator = calibrator::<T>();
+    let mut calibrator = published::<T>();
     for c in correspondences(&rig(ROTATION, BASELINE), 256, noise_px, 1) {
         calibrator.push(&c).unwrap();
     }
@@ -44,7 +42,7 @@ fn a_pair_that_is_5_degrees_off_about_all_axes_converges_in_few_passes() {
 
 #[test]
 fn pass_by_pass_gives_the_same_bits_as_one_call() {
-    let mut calibrator = calibrator::<f32>();
+    let mut calibrator = published::<f32>();
     for c in correspondences(&rig(ROTATION, BASELINE), 256, 0.5, 1) {
         calibrator.push(&c).unwrap();
     }
@@ -60,29 +58,27 @@ fn pass_by_pass_gives_the_same_bits_as_one_call() {
 #[test]
 fn a_pair_that_is_being_solved_can_be_abandoned_and_leaves_no_trace() {
     let batch = |seed| correspondences::<f32>(&rig(ROTATION, BASELINE), 256, 0.5, seed);
-    for config in [Config::robust(), Config::paper()] {
-        let mut calibrators = [0, 1].map(|_| with::<f32, 256>(config));
-        let [abandoned, fresh] = &mut calibrators;
-        for c in batch(1) {
-            abandoned.push(&c).unwrap();
-        }
-        assert_eq!(abandoned.advance_pair(), None);
-        assert_eq!(abandoned.push(&batch(1)[0]), Err(PushError::Busy));
-        abandoned.discard_pair();
-        let [report, expected] = [abandoned, fresh].map(|calibrator| {
-            for c in batch(2) {
-                calibrator.push(&c).unwrap();
-            }
-            calibrator.solve_pair()
-        });
-        assert_eq!(report, expected);
+    let mut calibrators = [0, 1].map(|_| published::<f32>());
+    let [abandoned, fresh] = &mut calibrators;
+    for c in batch(1) {
+        abandoned.push(&c).unwrap();
     }
+    assert_eq!(abandoned.advance_pair(), None);
+    assert_eq!(abandoned.push(&batch(1)[0]), Err(PushError::Busy));
+    abandoned.discard_pair();
+    let [report, expected] = [abandoned, fresh].map(|calibrator| {
+        for c in batch(2) {
+            calibrator.push(&c).unwrap();
+        }
+        calibrator.solve_pair()
+    });
+    assert_eq!(report, expected);
 }
 
 #[test]
 fn passes_are_bounded_and_what_they_reach_is_reported() {
-    let config = Config::paper().with_max_passes(3).unwrap();
-    let mut calibrator = with::<f32, 256>(config);
+    let settings = Settings::DEFAULT.with_max_passes(3).unwrap();
+    let mut calibrator = with::<f32>(settings);
     for c in correspondences(&rig(ROTATION, BASELINE), 256, 0.5, 1) {
         calibrator.push(&c).unwrap();
     }
@@ -97,7 +93,7 @@ fn mean_square_of_errors_over_predictions(
     truth: &Extrinsics<f32>,
     scene: impl Fn(u64) -> Vec<Correspondence<f32>>,
 ) -> f32 {
-    let mut calibrator = calibrator::<f32>();
+    let mut calibrator = published::<f32>();
     let [mut sum, trials] = [0.0, 200.0];
     for seed in 0..200 {
         for c in scene(seed) {
@@ -120,13 +116,6 @@ fn predicted_deviations_cover_the_errors() {
         correspondences(&truth, 256, 0.5, seed)
     });
     assert!((chi2 - 1.0).abs() < 0.2, "{chi2}");
-}
-
-#[test]
-fn a_calibrator_of_256_correspondences_fits_11_kib() {
-    let bytes = size_of::<stereo_selfcal::Calibrator<f32, 256>>();
-    println!("Calibrator<f32, 256>: {bytes} bytes");
-    assert!(bytes <= 11_264);
 }
 
 /// A pair in which the right row of every third match is wrong by up to 4 px in either direction: mostly beyond the
@@ -154,7 +143,7 @@ fn the_cost_never_rises_from_starts_that_are_far_off_among_outliers() {
         }
         let pairs: Vec<_> = matches.iter().map(|c| cameras.rays(c).unwrap()).collect();
         let focal = cameras.mean_focal();
-        let Ok(mut solver) = HuberSolver::begin(&Config::paper(), focal, &start, &pairs) else {
+        let Ok(mut solver) = HuberSolver::begin(&Settings::DEFAULT, focal, &start, &pairs) else {
             continue;
         };
         let mut cost = f32::INFINITY;
@@ -177,7 +166,7 @@ fn predicted_deviations_cover_the_errors_where_a_third_of_the_rows_is_wrong() {
 
 #[test]
 fn the_noise_of_a_few_correspondences_is_estimated_without_bias() {
-    let mut calibrator = calibrator::<f32>();
+    let mut calibrator = published::<f32>();
     let [mut sum, trials] = [0.0, 500.0];
     for seed in 0..500 {
         for c in correspondences(&rig(ROTATION, BASELINE), 16, 0.5, seed) {

@@ -1,6 +1,6 @@
 //! Fusion of many pairs in the published method: the incremental sums against the formulas over all pairs at once.
 
-use crate::api::presets::calibrator;
+use super::published;
 use crate::api::scene::{correspondences, rig};
 use nalgebra::Vector3;
 use stereo_selfcal::geometry::metrics::Deviation;
@@ -12,7 +12,7 @@ const FAR_FROM_IDENTITY: [f64; 3] = [2.0, -3.0, 1.0];
 
 fn reports<T: Scalar>(rotation_deg: [f64; 3], pairs: u64) -> Vec<PairReport<T>> {
     let truth = rig(rotation_deg, [1.0, -2.0]);
-    let mut calibrator = calibrator::<T>();
+    let mut calibrator = published::<T>();
     let mut solve = |seed| {
         for c in correspondences(&truth, 64, 1.0, seed) {
             calibrator.push(&c).unwrap();

@@ -4,22 +4,22 @@ use core::f32::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::codec::{Range, Reader, Writer, bytes_of, limit, seal};
-use super::factory::{FactoryCalibration, fingerprint};
-use super::{HEADER_BYTES, OVERHEAD_BYTES, STATE, believe};
+use super::{Calibrator, context};
 use crate::algebra::prior_moments::MAX_RESPONSE;
-use crate::batch::correspondence::Cameras;
-use crate::calibrator::Calibrator;
 use crate::config::{Context, LensTracking};
 use crate::depth::yaw::MAX_YAW_VARIANCE;
 use crate::error::RestoreError;
 use crate::fusion::lens_reference::LensReference;
-use crate::fusion::prior::{Learned, MAX_INFORMATION, ROUNDED};
+use crate::fusion::prior::{Learned, MAX_INFORMATION, Place, ROUNDED};
+use crate::geometry::cameras::Cameras;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3;
 use crate::outcome::relief::Relief;
+use crate::record::codec::{Range, Reader, Writer, bytes_of, limit, seal};
+use crate::record::factory::{FactoryCalibration, fingerprint};
+use crate::record::{HEADER_BYTES, OVERHEAD_BYTES, STATE, believe};
 use crate::scalar::Scalar;
 use crate::thresholds::{
     MAX_IN_USE, MAX_LENS_CORRECTION, MAX_REDUCED_CHI_SQUARE, MAX_VIBRATION_RAD,
@@ -99,13 +99,19 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// The estimate is a prior: pose and covariance, noise and inliers, vibration, and the knowledge of lens and mount.
     /// The record also has the calibration for [`Calibrator::undo`], the generation, and whether the calibrator is
     /// frozen. It omits cameras and factory extrinsics ([`crate::FactoryCalibration`]), the batch, a challenger, the
-    /// window of the change detection, the image halves, and the estimate of the paper preset.
+    /// window of the change detection, and the image halves.
     #[must_use]
     pub fn snapshot(&self) -> [u8; BYTES] {
         let mut record = [0; BYTES];
         let mut write = |learned: &mut _| self.write_snapshot(learned, &mut record);
         self.learn(&mut write);
         record
+    }
+
+    /// Returns the place of the estimate that a record keeps; `None` without such an estimate.
+    #[inline(never)]
+    pub(crate) fn place(&self) -> Option<Place<T>> {
+        self.fusion.place(&context(&self.config, &self.factory, &self.fusion))
     }
 
     /// Passes the estimate as a prior to `write`.
@@ -119,7 +125,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     #[inline(never)]
     fn learned_lens(&self) -> LensReference<T> {
-        self.estimator.learned_lens(&self.estimator.context(&self.config, &self.factory))
+        self.fusion.learned_lens(&context(&self.config, &self.factory, &self.fusion))
     }
 
     #[inline(never)]
@@ -135,8 +141,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     #[inline(never)]
     fn fill_in(&self, learned: &mut Learned<T>) {
-        let context = self.estimator.context(&self.config, &self.factory);
-        self.estimator.learn(learned, &context);
+        let context = context(&self.config, &self.factory, &self.fusion);
+        self.fusion.learn(learned, &context);
     }
 
     /// Writes the record of [`Calibrator::snapshot`].
@@ -197,7 +203,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     #[inline(never)]
     fn has_lens(&self) -> bool {
-        self.estimator.has_lens(&self.estimator.context(&self.config, &self.factory))
+        self.fusion.has_lens(&context(&self.config, &self.factory, &self.fusion))
     }
 
     /// Reads a record and takes up its estimate; returns whether there is a record.
@@ -211,8 +217,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     // A separate function, so that the record and these values are never on the stack together.
     #[inline(never)]
     fn take_up(&mut self, learned: &Learned<T>) -> Result<(), RestoreError> {
-        let context = self.estimator.context(&self.config, &self.factory);
-        believe(self.estimator.resume(learned, &context).is_some())?;
+        let context = context(&self.config, &self.factory, &self.fusion);
+        believe(self.fusion.resume(learned, &context).is_some())?;
         self.corrected = self.corrected(&learned.correction())?;
         Ok(())
     }
@@ -228,7 +234,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         record: &[u8],
         learned: &mut Learned<T>,
     ) -> Result<(), RestoreError> {
-        let context = self.estimator.context(&self.config, &self.factory);
+        let context = context(&self.config, &self.factory, &self.fusion);
         let (mut from, [flags, changes]) = Reader::begin(record, STATE, BYTES)?;
         let [has_before, frozen, knows_mount, relief] = FLAGS.map(|bit| flags & bit != 0);
         let [rig, generation, pairs] = [(); 3].map(|()| from.word());

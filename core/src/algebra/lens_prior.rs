@@ -1,6 +1,6 @@
 //! Uncertainty of the given lens models.
 
-use crate::algebra::lens_terms::LENS_PARAMETERS;
+use super::lens_terms::LENS_PARAMETERS;
 use crate::scalar::Scalar;
 
 /// Standard deviations of the errors of the given lens models; 0 takes a parameter as exact. `focal`, `principal_px`
@@ -18,7 +18,7 @@ pub struct LensPrior {
     /// Tangential coefficient `p1` of the right camera minus the one of the left camera.
     pub p1: f32,
     /// Tangential coefficient `p2` of the right camera, as far as it turns the baseline.
-    /// [`super::Config::with_lens_yaw_sd_rad`] covers the apparent yaw that `p2` also causes.
+    /// [`crate::Config::with_lens_yaw_sd_rad`] covers the apparent yaw that `p2` also causes.
     pub p2: f32,
 }
 
@@ -33,15 +33,15 @@ impl LensPrior {
     /// Returns the standard deviations of the lens parameters, in the order of the lens terms.
     ///
     /// * `focal`: mean focal length of the cameras, px.
-    pub(super) fn of_terms<T: Scalar>(&self, focal: T) -> [T; LENS_PARAMETERS] {
+    pub(crate) fn of_terms<T: Scalar>(&self, focal: T) -> [T; LENS_PARAMETERS] {
         let [scale, principal, k1, p1] =
             [self.focal, self.principal_px, self.k1, self.p1].map(T::single);
         let principal = principal / focal;
         [scale, scale, principal, principal, principal, principal, k1, k1, p1]
     }
 
-    /// Returns whether each value is finite and within the range of [`super::Config::with_lens_prior`].
-    pub(super) const fn is_valid(&self) -> bool {
+    /// Returns whether each value is finite and within the range of [`crate::Config::with_lens_prior`].
+    pub(crate) const fn is_valid(&self) -> bool {
         const fn within(sd: f32, most: f32) -> bool {
             sd >= 0.0 && sd <= most
         }
