@@ -42,6 +42,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
     };
     let tracked = selfcal_tracked_t { words: [0; 10] };
     let mut tracks = Joined::new();
+    let mut event = selfcal_event_t::default();
     let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());
     macro_rules! calls {
         ($($function:ident($($argument:expr),*);)*) => {
@@ -68,6 +69,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_state(place());
         selfcal_proposal(place());
         selfcal_verdict(place());
+        selfcal_event(0, 0, &mut event, place());
         selfcal_details(place());
         selfcal_depth_errors(0.1, four());
         selfcal_apply(place());

@@ -10,6 +10,7 @@ pub(crate) mod disturbed;
 mod documentation;
 mod far;
 mod fusion;
+mod history;
 mod homography;
 mod judgement;
 mod lens;

@@ -4,12 +4,14 @@ use std::fmt;
 
 use anyhow::{Result, bail};
 use stereo_selfcal::depth::RangeReading;
+use stereo_selfcal::outcome::Event;
 use stereo_selfcal::{
     Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Outcome, Rejection, Scalar,
 };
 use strum::{Display, EnumMessage, EnumString, VariantArray};
 
 use super::alone::PairSolver;
+use super::event_line::EventLine;
 use super::factory::{self, Start};
 use super::log::RunLog;
 use super::refused::{self, CountByReason, WitnessCounts};
@@ -96,13 +98,26 @@ struct Solvers<T: Scalar, const N: usize> {
     /// The cameras before any correction.
     cameras: Cameras<T>,
     alone: PairSolver<T, N>,
+    /// The last change of the calibrator.
+    last: Event<T>,
 }
 
 impl<T: Scalar, const N: usize> Solvers<T, N> {
     fn boxed(config: Config, made: &FactoryCalibration<T>) -> Box<dyn Replayed> {
         let calibrator = Box::new(Calibrator::new(config, made));
         let alone = PairSolver::new(config, made);
-        Box::new(Self { calibrator, cameras: made.cameras, alone })
+        Box::new(Self { calibrator, cameras: made.cameras, alone, last: Event::START })
+    }
+
+    /// Notes what has changed with the pair recorded last.
+    fn note_event(&mut self, log: &mut RunLog) {
+        let pair = u32::try_from(log.pairs()).unwrap_or(u32::MAX).saturating_sub(1);
+        let (verdict, generation) =
+            (self.calibrator.verdict(), self.calibrator.in_use().generation);
+        if let Some(event) = self.last.next(0, pair, verdict, generation) {
+            log.note_event(EventLine::of(&event, None));
+            self.last = event;
+        }
     }
 }
 
@@ -115,6 +130,7 @@ impl<T: Scalar, const N: usize> Replayed for Solvers<T, N> {
         log: &mut RunLog,
     ) {
         replay_pair((&mut self.calibrator, &self.cameras), pair, with, apply, log);
+        self.note_event(log);
         log.note_alone(self.alone.solve(pair));
     }
 }
