@@ -22,7 +22,7 @@
  *
  *     static selfcal_t cal;
  *
- *     at start: selfcal_init(&cal, sizeof cal, NULL, &factory);
+ *     at start: selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &factory);
  *               selfcal_in_use(&cal, &used); load the rectifier with it
  *     for each stereo pair:
  *         selfcal_take_pair(&cal, matches, count, NULL);
@@ -44,6 +44,14 @@
 #include <stdint.h>
 /* Version of this header; selfcal_version gives that of the library. */
 #define SELFCAL_VERSION "0.1.0"
+
+/* Version and sizes of the structs of this header, for selfcal_init. */
+#define SELFCAL_HEADER \
+    (1000u + 31u * (uint32_t)sizeof(selfcal_config_t) + 37u * (uint32_t)sizeof(selfcal_factory_t) + \
+     41u * (uint32_t)sizeof(selfcal_correspondence_t) + 43u * (uint32_t)sizeof(selfcal_outcome_t) + \
+     47u * (uint32_t)sizeof(selfcal_proposal_t) + 53u * (uint32_t)sizeof(selfcal_verdict_t) + \
+     59u * (uint32_t)sizeof(selfcal_event_t) + 61u * (uint32_t)sizeof(selfcal_details_t) + \
+     67u * (uint32_t)sizeof(selfcal_calibration_t))
 
 
 #if defined(SELFCAL_CAPACITY_1024)
@@ -202,6 +210,10 @@ enum selfcal_error_t
      * a camera or the extrinsics are not valid; selfcal_argument_string names the quantity
      */
     SELFCAL_ERROR_FACTORY = 7,
+    /**
+     * the header is of another version than the library, or compiled to structs of other sizes
+     */
+    SELFCAL_ERROR_HEADER = 8,
     /**
      * the core returned an error that this API does not know
      */
@@ -2157,8 +2169,7 @@ selfcal_error_t selfcal_factory_from_record(struct selfcal_factory_t *factory,
                                             size_t length);
 
 /**
- * Returns the version of the library as a text; never null. Compare it with `SELFCAL_VERSION` before `selfcal_init`: a
- * library of another version may read the storage and the configurations in another way.
+ * Returns the version of the library as a text; never null. `selfcal_init` compares it with that of the header.
  */
 const char *selfcal_version(void);
 
@@ -2175,11 +2186,14 @@ selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements
  *
  * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
  * * `size`: size of the storage, bytes: `sizeof(selfcal_t)`.
+ * * `header`: `SELFCAL_HEADER`. A program that was compiled with the header of another version, or with structs of
+ *   other sizes, is refused.
  * * `config`: copied; null for the default.
  * * `factory`: copied. `selfcal_argument_string` says why `config` or `factory` is refused.
  */
 selfcal_error_t selfcal_init(struct selfcal_t *cal,
                              size_t size,
+                             uint32_t header,
                              const struct selfcal_config_t *config,
                              const struct selfcal_factory_t *factory);
 
