@@ -22,7 +22,7 @@
  *
  *     static selfcal_t cal;
  *
- *     at start: selfcal_init(&cal, sizeof cal, NULL, &factory);
+ *     at start: selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &factory);
  *               selfcal_in_use(&cal, &used); load the rectifier with it
  *     for each stereo pair:
  *         selfcal_take_pair(&cal, matches, count, NULL);
@@ -44,6 +44,14 @@
 #include <stdint.h>
 /* Version of this header; selfcal_version gives that of the library. */
 #define SELFCAL_VERSION "0.1.0"
+
+/* Version and sizes of the structs of this header, for selfcal_init. */
+#define SELFCAL_HEADER \
+    (1000u + 31u * (uint32_t)sizeof(selfcal_config_t) + 37u * (uint32_t)sizeof(selfcal_factory_t) + \
+     41u * (uint32_t)sizeof(selfcal_correspondence_t) + 43u * (uint32_t)sizeof(selfcal_outcome_t) + \
+     47u * (uint32_t)sizeof(selfcal_proposal_t) + 53u * (uint32_t)sizeof(selfcal_verdict_t) + \
+     59u * (uint32_t)sizeof(selfcal_event_t) + 61u * (uint32_t)sizeof(selfcal_details_t) + \
+     67u * (uint32_t)sizeof(selfcal_calibration_t))
 
 
 #if defined(SELFCAL_CAPACITY_1024)
@@ -207,6 +215,10 @@ enum selfcal_error_t
      * a camera or the extrinsics are not valid; selfcal_argument_string names the quantity
      */
     SELFCAL_ERROR_FACTORY = 7,
+    /**
+     * the header is of another version than the library, or compiled to structs of other sizes
+     */
+    SELFCAL_ERROR_HEADER = 8,
     /**
      * the core returned an error that this API does not know
      */
@@ -809,6 +821,47 @@ enum selfcal_angle_t
 typedef enum selfcal_angle_t selfcal_angle_t;
 #else
 typedef uint32_t selfcal_angle_t;
+#endif // __STDC_VERSION__ >= 202311L
+#endif // __cplusplus
+
+/**
+ * Part of a calibrator's answers that an event reports as changed: a bit of `changes`.
+ */
+enum selfcal_change_t
+#if defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+  : uint32_t
+#endif // defined(__cplusplus) || __STDC_VERSION__ >= 202311L
+ {
+    /**
+     * The state of the estimate.
+     */
+    SELFCAL_CHANGE_STATE = 1,
+    /**
+     * The answer to an arming check.
+     */
+    SELFCAL_CHANGE_ARMING = 2,
+    /**
+     * Whether `selfcal_apply` is worthwhile.
+     */
+    SELFCAL_CHANGE_APPLYING = 4,
+    /**
+     * The reasons not to rely on the calibration in use.
+     */
+    SELFCAL_CHANGE_REASONS = 8,
+    /**
+     * The likeliest mistake in rig file or matcher.
+     */
+    SELFCAL_CHANGE_CAUSE = 16,
+    /**
+     * The calibration in use.
+     */
+    SELFCAL_CHANGE_GENERATION = 32,
+};
+#ifndef __cplusplus
+#if __STDC_VERSION__ >= 202311L
+typedef enum selfcal_change_t selfcal_change_t;
+#else
+typedef uint32_t selfcal_change_t;
 #endif // __STDC_VERSION__ >= 202311L
 #endif // __cplusplus
 
@@ -1793,6 +1846,65 @@ typedef struct selfcal_verdict_t {
 } selfcal_verdict_t;
 
 /**
+ * A change of a calibrator, with the verdict and the generation after it. All members are plain numbers, so an event
+ * can be kept in any memory and sent over any wire. A struct of zeros stands for a new calibrator.
+ */
+typedef struct selfcal_event_t {
+    /**
+     * Time on the caller's clock, in the caller's unit.
+     */
+    uint64_t time;
+    /**
+     * Number of the pair, as the caller counts.
+     */
+    uint32_t pair;
+    /**
+     * Parts that differ from the event before: sum of `selfcal_change_t`.
+     */
+    uint32_t changes;
+    /**
+     * Generation of the calibration in use.
+     */
+    uint32_t generation;
+    /**
+     * State of the estimate, a `selfcal_state_t`.
+     */
+    uint32_t state;
+    /**
+     * Sum of `selfcal_reason_t`.
+     */
+    uint32_t reasons;
+    /**
+     * A `selfcal_cause_t`.
+     */
+    uint32_t cause;
+    /**
+     * Answer to an arming check, 0 or 1.
+     */
+    uint32_t may_arm;
+    /**
+     * Whether `selfcal_apply` is worthwhile, 0 or 1.
+     */
+    uint32_t should_apply;
+    /**
+     * Numbers of the verdict, as in `selfcal_verdict_t`.
+     */
+    float rows_px;
+    /**
+     * As in `selfcal_verdict_t`.
+     */
+    float depth_px;
+    /**
+     * As in `selfcal_verdict_t`.
+     */
+    float coverage;
+    /**
+     * As in `selfcal_verdict_t`.
+     */
+    float image_coverage;
+} selfcal_event_t;
+
+/**
  * The calibration in use and the estimate over the matches of the last pair, for logs. Both RMS values are over the
  * matches that fit the estimate.
  */
@@ -2079,8 +2191,7 @@ selfcal_error_t selfcal_factory_from_record(struct selfcal_factory_t *factory,
                                             size_t length);
 
 /**
- * Returns the version of the library as a text; never null. Compare it with `SELFCAL_VERSION` before `selfcal_init`: a
- * library of another version may read the storage and the configurations in another way.
+ * Returns the version of the library as a text; never null. `selfcal_init` compares it with that of the header.
  */
 const char *selfcal_version(void);
 
@@ -2097,11 +2208,14 @@ selfcal_error_t selfcal_requirements(struct selfcal_requirements_t *requirements
  *
  * * `cal`: a `selfcal_t`, or any storage of the required size and alignment.
  * * `size`: size of the storage, bytes: `sizeof(selfcal_t)`.
+ * * `header`: `SELFCAL_HEADER`. A program that was compiled with the header of another version, or with structs of
+ *   other sizes, is refused.
  * * `config`: copied; null for the default.
  * * `factory`: copied. `selfcal_argument_string` says why `config` or `factory` is refused.
  */
 selfcal_error_t selfcal_init(struct selfcal_t *cal,
                              size_t size,
+                             uint32_t header,
                              const struct selfcal_config_t *config,
                              const struct selfcal_factory_t *factory);
 
@@ -2307,6 +2421,29 @@ selfcal_error_t selfcal_proposal(const struct selfcal_t *cal,
  */
 selfcal_error_t selfcal_verdict(const struct selfcal_t *cal,
                                 struct selfcal_verdict_t *verdict);
+
+/**
+ * Compares a calibrator with its last event, and replaces the event if anything has changed. Call it after each pair,
+ * after `selfcal_apply` if that is called. The caller keeps the events, for instance the last 32 in a ring:
+ *
+ * ```c
+ * static selfcal_event_t event, ring[32];
+ * static uint32_t count;
+ *
+ * if (selfcal_event(&cal, time_us, pair, &event, &is_new) == SELFCAL_OK && is_new)
+ *     ring[count++ % 32] = event;
+ * ```
+ *
+ * * `time`: time on the caller's clock, in any unit.
+ * * `pair`: number of the pair.
+ * * `event`: the last event; zeros before the first one.
+ * * `is_new`: whether `event` is a new event.
+ */
+selfcal_error_t selfcal_event(const struct selfcal_t *cal,
+                              uint64_t time,
+                              uint32_t pair,
+                              struct selfcal_event_t *event,
+                              bool *is_new);
 
 /**
  * Compares the calibration in use with the estimate over the matches of the last pair, in one pass over the batch.

@@ -28,6 +28,8 @@ c_enum! {
         SELFCAL_ERROR_CONFIG = 6,
         /// a camera or the extrinsics are not valid; selfcal_argument_string names the quantity
         SELFCAL_ERROR_FACTORY = 7,
+        /// the header is of another version than the library, or compiled to structs of other sizes
+        SELFCAL_ERROR_HEADER = 8,
         /// the core returned an error that this API does not know
         SELFCAL_ERROR_UNKNOWN = 99,
 

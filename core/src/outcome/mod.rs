@@ -1,8 +1,9 @@
 //! Parts of the results: of [`PairReport`](crate::PairReport), [`Proposal`](crate::Proposal) and
-//! [`Verdict`](crate::Verdict).
+//! [`Verdict`](crate::Verdict). [`History`] keeps the changes of a verdict.
 
 pub(crate) mod cause;
 pub(crate) mod details;
+mod history;
 pub(crate) mod lens_estimate;
 pub(crate) mod pair_report;
 pub(crate) mod proposal;
@@ -15,6 +16,7 @@ pub(crate) mod vibration;
 pub use crate::algebra::information::{Information, StandardDeviations};
 pub use crate::state::Stop;
 pub use details::{DEPTHS_M, Details};
+pub use history::{Change, Changes, Event, History};
 pub use lens_estimate::{Finding, LensEstimate};
 pub use proposal::Direction;
 pub use vibration::Vibration;

@@ -38,11 +38,7 @@ struct Variant {
 ///
 /// * `opt`: the only `opt-level` to measure; `None` for all.
 /// * `repeat`: runs of each program, which must all print the same.
-pub(crate) fn measure(
-    boards: &[&'static Board],
-    opt: Option<&str>,
-    repeat: u16,
-) -> Result<Table> {
+pub(crate) fn measure(boards: &[&'static Board], opt: Option<&str>, repeat: u16) -> Result<Table> {
     let variants = boards
         .iter()
         .flat_map(|&board| PROFILES.map(|(profile, opt)| Variant { board, profile, opt }))

@@ -41,9 +41,8 @@ fn the_commands_of_the_documents_are_known() {
         include_str!("../../../host-tests/EVIDENCE.md"),
     ];
     let code = documents.into_iter().flat_map(code);
-    let calls: Vec<_> = code
-        .filter_map(|line| line.strip_prefix("cargo run -- ").map(str::to_owned))
-        .collect();
+    let calls: Vec<_> =
+        code.filter_map(|line| line.strip_prefix("cargo run -- ").map(str::to_owned)).collect();
     assert!(calls.len() >= 3, "{calls:?}");
     for call in calls {
         let arguments: Vec<&str> = call.split_whitespace().chain(["--help"]).collect();

@@ -231,6 +231,14 @@ impl Calibrator {
 }
 
 impl Calibrator {
+    /// The verdict after the last pair, and the generation of the calibration in use.
+    pub(crate) fn now(&self, py: Python<'_>) -> PyResult<(stereo_selfcal::Verdict<f32>, u32)> {
+        Ok(call!(self, py, held => {
+            let calibrator = &held.calibrator;
+            (*calibrator.verdict(), calibrator.in_use().generation)
+        }))
+    }
+
     /// Calls the core without the GIL.
     ///
     /// # Errors

@@ -16,6 +16,7 @@ mod camera;
 mod engine;
 mod errors;
 mod frames;
+mod history;
 #[cfg(feature = "images")]
 mod images;
 mod outcome;
@@ -34,6 +35,7 @@ mod _native {
         calibrator::{Calibrator, solve_pairs},
         camera::Camera,
         frames::encode_frame,
+        history::{Event, History},
         outcome::{Details, Pair, Published, Result, Verdict},
         published::fuse_published,
         rig::{Rig, read_rig},

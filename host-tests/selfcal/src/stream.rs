@@ -1,8 +1,10 @@
 //! Matches that arrive pair by pair: from a file, or from standard input.
 
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Cursor, IsTerminal, Read};
 use std::path::Path;
+use std::rc::Rc;
 
 use anyhow::{Context, Result, ensure};
 use indicatif::ProgressBar;
@@ -12,6 +14,9 @@ use sim::wire::{FrameReader, counted};
 
 /// Pairs in order of arrival.
 type Pairs = Box<dyn Iterator<Item = Result<Vec<Match>>>>;
+
+/// Time of the last pair on the sender's clock, us; `None` for a recording without times.
+pub(crate) type Clock = Rc<Cell<Option<u64>>>;
 
 /// A recording whose pairs arrive one by one.
 pub(crate) struct Streamed {
@@ -23,6 +28,8 @@ pub(crate) struct Streamed {
     pub(crate) pairs: Pairs,
     /// Progress of the reading.
     pub(crate) bar: ProgressBar,
+    /// The clock of its sender.
+    pub(crate) clock: Clock,
 }
 
 impl Streamed {
@@ -32,15 +39,16 @@ impl Streamed {
         let mut source = BufReader::new(source);
         let start = start(&mut source).with_context(|| format!("cannot read {name}"))?;
         ensure!(!start.is_empty(), "{name} is empty: there are no matches");
-        let rows = is_text(&start);
+        let (rows, clock) = (is_text(&start), Clock::default());
         let input = Cursor::new(start).chain(source);
         let pairs: Pairs = if rows {
             let read = FrameRows::open(input).with_context(|| format!("cannot read {name}"))?;
             let named = name.clone();
             Box::new(read.map(move |pair| pair.with_context(|| format!("cannot read {named}"))))
         } else {
-            let (reader, rig) = (FrameReader::new(input), meta.clone());
-            Box::new(Frames { reader, rig, name: name.clone(), bar: bar.clone(), ended: false })
+            let (reader, rig, name) = (FrameReader::new(input), meta.clone(), name.clone());
+            let (bar, clock) = (bar.clone(), Rc::clone(&clock));
+            Box::new(Frames { reader, rig, name, bar, clock, ended: false })
         };
         let counter = bar.clone();
         let pairs = Box::new(pairs.inspect(move |_| {
@@ -49,7 +57,7 @@ impl Streamed {
                 counter.inc(1);
             }
         }));
-        Ok(Self { name, meta, pairs, bar })
+        Ok(Self { name, meta, pairs, bar, clock })
     }
 
     /// The recording with one or both views turned.
@@ -110,6 +118,7 @@ struct Frames<R> {
     rig: Meta,
     name: String,
     bar: ProgressBar,
+    clock: Clock,
     ended: bool,
 }
 
@@ -120,10 +129,13 @@ impl<R: BufRead> Iterator for Frames<R> {
         if self.ended {
             return None;
         }
-        let Self { reader, rig, name, bar, ended } = self;
+        let Self { reader, rig, name, bar, clock, ended } = self;
         if let Some(frame) = reader.next() {
             let frame = frame.with_context(|| format!("cannot read {name}"));
-            let pair = frame.and_then(|frame| frame.pair(rig));
+            let pair = frame.and_then(|frame| {
+                clock.set(Some(frame.header.timestamp_us));
+                frame.pair(rig)
+            });
             *ended = pair.is_err();
             return Some(pair);
         }

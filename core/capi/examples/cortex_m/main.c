@@ -22,19 +22,20 @@ static void check_refused_start(void)
     selfcal_calibration_t in_use;
 
     CHECK(selfcal_in_use(&cal, &in_use) == SELFCAL_ERROR_NOT_INITIALISED);
-    CHECK(selfcal_init(NULL, sizeof cal, NULL, &scene_factory) == SELFCAL_ERROR_NULL);
-    CHECK(selfcal_init(&cal, sizeof cal, NULL, NULL) == SELFCAL_ERROR_NULL);
-    CHECK(selfcal_init(&cal, 1000, NULL, &scene_factory) == SELFCAL_ERROR_STORAGE_SIZE);
-    CHECK(selfcal_init((selfcal_t *)((char *)&cal + 1), sizeof cal, NULL, &scene_factory) ==
+    CHECK(selfcal_init(NULL, sizeof cal, SELFCAL_HEADER, NULL, &scene_factory) == SELFCAL_ERROR_NULL);
+    CHECK(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, NULL) == SELFCAL_ERROR_NULL);
+    CHECK(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER + 1, NULL, &scene_factory) == SELFCAL_ERROR_HEADER);
+    CHECK(selfcal_init(&cal, 1000, SELFCAL_HEADER, NULL, &scene_factory) == SELFCAL_ERROR_STORAGE_SIZE);
+    CHECK(selfcal_init((selfcal_t *)((char *)&cal + 1), sizeof cal, SELFCAL_HEADER, NULL, &scene_factory) ==
           SELFCAL_ERROR_ALIGNMENT);
-    CHECK(selfcal_init(&cal, sizeof cal, &config, &scene_factory) == SELFCAL_ERROR_CONFIG);
+    CHECK(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, &config, &scene_factory) == SELFCAL_ERROR_CONFIG);
     printf("refused: %s\n", selfcal_argument_string(&config, NULL));
     blind.right.focal_px[1] = NAN;
-    CHECK(selfcal_init(&cal, sizeof cal, NULL, &blind) == SELFCAL_ERROR_FACTORY);
+    CHECK(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &blind) == SELFCAL_ERROR_FACTORY);
     printf("refused: %s\n", selfcal_argument_string(NULL, &blind));
 
     stack_paint();
-    CHECK(selfcal_init(&cal, sizeof cal, NULL, &scene_factory) == SELFCAL_OK);
+    CHECK(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &scene_factory) == SELFCAL_OK);
     printf("stack of selfcal_init: %u bytes\n", (unsigned)stack_used());
     CHECK(selfcal_in_use(&cal, &in_use) == SELFCAL_OK && in_use.generation == 0);
 }

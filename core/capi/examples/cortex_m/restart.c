@@ -31,7 +31,7 @@ static void check_power_loss(selfcal_t *cal)
 
     CHECK(selfcal_factory_from_record(&made, factory, sizeof factory - 1) == SELFCAL_ERROR_RECORD_DAMAGED);
     CHECK(selfcal_factory_from_record(&made, factory, sizeof factory) == SELFCAL_OK);
-    CHECK(selfcal_init(cal, sizeof *cal, NULL, &made) == SELFCAL_OK);
+    CHECK(selfcal_init(cal, sizeof *cal, SELFCAL_HEADER, NULL, &made) == SELFCAL_OK);
     CHECK(selfcal_restore(cal, snapshot, sizeof snapshot - 1) == SELFCAL_ERROR_RECORD_DAMAGED);
     stack_paint();
     CHECK(selfcal_restore(cal, snapshot, sizeof snapshot) == SELFCAL_OK);

@@ -55,7 +55,7 @@ static void take_pair(task_result_t *result)
 
 static selfcal_error_t start(const selfcal_factory_t *factory, selfcal_calibration_t *in_use)
 {
-    selfcal_error_t error = selfcal_init(&cal, sizeof cal, NULL, factory);
+    selfcal_error_t error = selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, factory);
 
     if (error == SELFCAL_OK)
         error = selfcal_link_init(&wire, sizeof wire);

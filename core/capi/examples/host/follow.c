@@ -45,7 +45,7 @@ static bool start(const char *set, const char *memory, struct rig *reference)
 {
     selfcal_factory_t factory;
     if (!dataset_read_meta(set, &factory, reference) ||
-        !done(selfcal_init(&cal, sizeof cal, NULL, &factory), "start") ||
+        !done(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &factory), "start") ||
         !done(selfcal_link_init(&wire, sizeof wire), "link"))
         return false;
     size_t length = read_memory(memory);

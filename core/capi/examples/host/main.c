@@ -43,7 +43,7 @@ static bool calibrate(const char *set)
     selfcal_factory_t factory;
     struct rig reference;
     if (!dataset_read_meta(set, &factory, &reference) ||
-        !done(selfcal_init(&cal, sizeof cal, NULL, &factory), "start"))
+        !done(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &factory), "start"))
         return false;
 
     static selfcal_correspondence_t matches[SELFCAL_CAPACITY];

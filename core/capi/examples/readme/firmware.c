@@ -24,7 +24,7 @@ int main(void) /* returns an error that calls for a restart */
 {
     size_t used, length = flash_read(FACTORY_PAGE, record, sizeof record);
     if (selfcal_factory_from_record(&factory, record, length)) return 1;
-    if (selfcal_init(&cal, sizeof cal, NULL, &factory) || selfcal_link_init(&wire, sizeof wire)) return 2;
+    if (selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &factory) || selfcal_link_init(&wire, sizeof wire)) return 2;
     length = flash_read(SNAPSHOT_PAGE, record, sizeof record);
     if (selfcal_restore(&cal, record, length)) arming_allow(false); /* starts from the factory */
     if (!selfcal_in_use(&cal, &rig)) rectifier_load(&rig); /* from the first image on */

@@ -22,7 +22,7 @@ int main(void)
     selfcal_factory_t factory = {.left = camera, .right = camera};
     selfcal_correspondence_t m = {.score = 1};
     selfcal_calibration_t found; /* extrinsics and their cameras */
-    if (!ok(selfcal_init(&cal, sizeof cal, NULL, &factory))) return 1;
+    if (!ok(selfcal_init(&cal, sizeof cal, SELFCAL_HEADER, NULL, &factory))) return 1;
     for (char s[128]; fgets(s, sizeof s, stdin) != NULL;)
         if (sscanf(s, "%f%f%f%f", &m.left_px[0], &m.left_px[1], &m.right_px[0], &m.right_px[1]) < 4)
             take_pair();

@@ -10,7 +10,7 @@ use anyhow::{Context, Result};
 use cbindgen::{Builder, Config};
 
 /// Source files, in the order of their declarations in the header.
-const SOURCES: [&str; 24] = [
+const SOURCES: [&str; 25] = [
     "capacity",
     "error",
     "enumeration",
@@ -28,6 +28,7 @@ const SOURCES: [&str; 24] = [
     "pair",
     "estimate",
     "verdict",
+    "history",
     "details",
     "apply",
     "rectify",

@@ -258,7 +258,9 @@ fn factory_extrinsics_are_bit_identical_to_rust() {
     };
     let made = selfcal_factory_t { extrinsics, is_guess: 0, yaw_sd_rad: 0.0, ..factory(&set) };
     // SAFETY: live objects.
-    let installed = unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, ptr::null(), &made) };
+    let installed = unsafe {
+        selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, ptr::null(), &made)
+    };
     assert_eq!(installed, SELFCAL_OK);
     let r = Matrix3::from_row_slice(&extrinsics.rotation);
     let rust = Extrinsics::try_new(&r, &extrinsics.translation.into()).unwrap();
@@ -336,4 +338,6 @@ fn header_and_library_state_the_version_of_the_package() {
     assert_eq!(library.to_str(), Ok(package));
     let header = include_str!("../../include/stereo_selfcal.h");
     assert!(header.contains(&format!("#define SELFCAL_VERSION \"{package}\"\n")), "{package}");
+    let number = package.split('.').fold(0, |sum, part| sum * 1000 + part.parse::<u32>().unwrap());
+    assert!(header.contains(&format!("#define SELFCAL_HEADER \\\n    ({number}u + ")), "{number}");
 }

@@ -3,6 +3,7 @@
 
 mod codes;
 mod encoder;
+mod history;
 mod lens;
 mod lens_tracking;
 mod life;

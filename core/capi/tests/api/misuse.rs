@@ -42,6 +42,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
     };
     let tracked = selfcal_tracked_t { words: [0; 10] };
     let mut tracks = Joined::new();
+    let mut event = selfcal_event_t::default();
     let (c, two) = (&raw const CORRESPONDENCE, CORRESPONDENCE.left_px.as_ptr());
     macro_rules! calls {
         ($($function:ident($($argument:expr),*);)*) => {
@@ -68,6 +69,7 @@ pub(crate) fn every_function(cal: *mut selfcal_t) -> Vec<(&'static str, selfcal_
         selfcal_state(place());
         selfcal_proposal(place());
         selfcal_verdict(place());
+        selfcal_event(0, 0, &mut event, place());
         selfcal_details(place());
         selfcal_depth_errors(0.1, four());
         selfcal_apply(place());
@@ -137,11 +139,11 @@ fn storage_is_checked_before_it_is_written() {
     // SAFETY: null, misaligned or live storage.
     let codes = unsafe {
         [
-            selfcal_init(null_mut(), SELFCAL_STORAGE_SIZE, null(), &factory),
-            selfcal_init(odd, SELFCAL_STORAGE_SIZE - 1, null(), &factory),
-            selfcal_init(cal.ptr(), needed.size - 1, null(), &factory),
-            selfcal_init(cal.ptr(), 0, null(), &factory),
-            selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, null(), null()),
+            selfcal_init(null_mut(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, null(), &factory),
+            selfcal_init(odd, SELFCAL_STORAGE_SIZE - 1, SELFCAL_HEADER, null(), &factory),
+            selfcal_init(cal.ptr(), needed.size - 1, SELFCAL_HEADER, null(), &factory),
+            selfcal_init(cal.ptr(), 0, SELFCAL_HEADER, null(), &factory),
+            selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, null(), null()),
         ]
     };
     assert_eq!(
@@ -156,8 +158,21 @@ fn storage_is_checked_before_it_is_written() {
     );
     assert_eq!(get!(cal, selfcal_in_use), Err(SELFCAL_ERROR_NOT_INITIALISED));
     // SAFETY: live storage of that size.
-    assert_eq!(unsafe { selfcal_init(cal.ptr(), needed.size, null(), &factory) }, SELFCAL_OK);
+    let code = unsafe { selfcal_init(cal.ptr(), needed.size, SELFCAL_HEADER, null(), &factory) };
+    assert_eq!(code, SELFCAL_OK);
     assert_eq!(get!(cal, selfcal_in_use).unwrap().generation, 0);
+}
+
+#[test]
+fn a_header_of_another_version_or_layout_is_refused_without_effect() {
+    let mut cal = at_work();
+    let factory = factory(&recorded());
+    for header in [0, SELFCAL_HEADER - 1, SELFCAL_HEADER + 1000, SELFCAL_HEADER + 4 * 31] {
+        // SAFETY: live objects.
+        refused(&mut cal, SELFCAL_ERROR_HEADER, |cal| unsafe {
+            selfcal_init(cal, SELFCAL_STORAGE_SIZE, header, null(), &factory)
+        });
+    }
 }
 
 #[test]
@@ -211,7 +226,7 @@ fn misaligned_arguments_are_refused_without_effect() {
             selfcal_push_array(cal, odd.cast(), 2, null_mut())
         });
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| {
-            selfcal_init(cal, SELFCAL_STORAGE_SIZE, null(), odd.cast())
+            selfcal_init(cal, SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, null(), odd.cast())
         });
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_apply(cal, odd.cast()));
         refused(&mut cal, SELFCAL_ERROR_ALIGNMENT, |cal| selfcal_solve_pair(cal, odd.cast()));
@@ -255,7 +270,7 @@ fn numbers_that_are_not_finite_or_out_of_range_are_refused() {
         unsafe {
             for factory in [turned, blind] {
                 refused(&mut cal, SELFCAL_ERROR_FACTORY, |cal| {
-                    selfcal_init(cal, SELFCAL_STORAGE_SIZE, null(), &factory)
+                    selfcal_init(cal, SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, null(), &factory)
                 });
             }
             refused(&mut cal, SELFCAL_ERROR_VALUE, |cal| selfcal_depth_errors(cal, bad, four()));

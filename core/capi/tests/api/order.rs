@@ -54,7 +54,9 @@ fn the_batch_is_dropped_by_each_call_that_begins_anew() {
         // SAFETY: as above.
         |cal| unsafe { selfcal_reset(cal) },
         // SAFETY: as above.
-        |cal| unsafe { selfcal_init(cal, SELFCAL_STORAGE_SIZE, null(), &factory(&recorded())) },
+        |cal| unsafe {
+            selfcal_init(cal, SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, null(), &factory(&recorded()))
+        },
     ];
     for act in acts {
         let mut cal = at_work();
@@ -72,7 +74,8 @@ const EXACT_LENS: selfcal_lens_prior_t =
 fn init(config: &selfcal_config_t, factory: &selfcal_factory_t) -> (selfcal_error_t, bool) {
     let mut cal = Cal::zeroed();
     // SAFETY: live objects, and storage of that size.
-    let code = unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, config, factory) };
+    let code =
+        unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, config, factory) };
     (code, get!(cal, selfcal_state).is_ok())
 }
 

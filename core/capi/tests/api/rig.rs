@@ -32,7 +32,9 @@ impl Cal {
         let mut cal = Self::zeroed();
         let config = config.map_or(ptr::null(), ptr::from_ref);
         // SAFETY: live objects, and storage of that size.
-        let code = unsafe { selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, config, factory) };
+        let code = unsafe {
+            selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, config, factory)
+        };
         assert_eq!(code, SELFCAL_OK);
         cal
     }

@@ -59,8 +59,8 @@ proptest! {
         // SAFETY: live objects.
         let codes = unsafe {
             [
-                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, ptr::null(), &factory),
-                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config, &factory),
+                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, ptr::null(), &factory),
+                selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, &config, &factory),
                 selfcal_choose_camera(cal.ptr(), source, alpha, MaybeUninit::uninit().as_mut_ptr()),
             ]
         };
@@ -83,7 +83,7 @@ proptest! {
         let mut cal = Cal::zeroed();
         // SAFETY: live objects.
         let code = unsafe {
-            selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, &config, &factory(&recorded()))
+            selfcal_init(cal.ptr(), SELFCAL_STORAGE_SIZE, SELFCAL_HEADER, &config, &factory(&recorded()))
         };
         prop_assert!([SELFCAL_OK, SELFCAL_ERROR_CONFIG].contains(&code), "{:?}", code);
         prop_assert_eq!(get!(cal, selfcal_state).is_ok(), code == SELFCAL_OK);

@@ -9,6 +9,7 @@ pub(crate) mod depth;
 pub(crate) mod disturbed;
 mod documentation;
 mod far;
+mod history;
 mod homography;
 mod judgement;
 mod lens;

@@ -7,6 +7,7 @@ use serde::{Serialize, de::DeserializeOwned};
 use stereo_selfcal::geometry::{
     Fisheye, RadialTangential, Rational, RectifiedCamera, RectifyingRotations,
 };
+use stereo_selfcal::outcome::Event;
 use stereo_selfcal::{
     Calibrator, Camera, Config, Extrinsics, FactoryCalibration, Lens, PairReport, Proposal,
     Rejection, Scalar,
@@ -87,6 +88,7 @@ fn results_come_back() {
     comes_back(&details);
     comes_back(&proposal);
     comes_back(&pair);
+    comes_back(&Event::START.next(7, 1, &verdict, 1).unwrap());
     let rotations = RectifyingRotations::from(&proposal.extrinsics);
     comes_back(&RectifiedCamera::try_choose(&cameras(), &rotations, 0.0).unwrap());
     comes_back(&Rejection::TooFew { usable: 3, needed: 12 });

@@ -13,6 +13,8 @@ __all__ = [
     "Calibrator",
     "Camera",
     "Details",
+    "Event",
+    "History",
     "Pair",
     "Published",
     "Result",
@@ -676,6 +678,86 @@ class Details:
     @property
     def vibration(self) -> Sd: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Event:
+    """A change of a calibrator, with the verdict after it.
+
+    Attributes
+    ----------
+    time : int
+        Time that the caller gave, in the caller's unit.
+    pair : int
+        Number of the pair.
+    changes : tuple of str
+        Parts that differ from the event before: ``"state"``, ``"arming"``, ``"applying"``, ``"reasons"``, ``"cause"``,
+        ``"generation"``.
+    generation : int
+        Changes with the calibration in use.
+    state : str
+        As in `Result`.
+    verdict : Verdict
+        The verdict after the pair.
+    json : str
+        All of it as one line of JSON, with the fields of ``selfcal replay --events``.
+    text : str
+        All of it in one line of text.
+    """
+
+    @property
+    def time(self) -> int: ...
+    @property
+    def pair(self) -> int: ...
+    @property
+    def changes(self) -> tuple[str, ...]: ...
+    @property
+    def generation(self) -> int: ...
+    @property
+    def state(self) -> State: ...
+    @property
+    def verdict(self) -> Verdict: ...
+    @property
+    def json(self) -> str: ...
+    @property
+    def text(self) -> str: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class History:
+    """The last changes of one calibrator.
+
+    Parameters
+    ----------
+    capacity : int
+        Number of events that are kept.
+    """
+
+    def __new__(cls, capacity: int = 256) -> History: ...
+    def note(self, calibrator: Calibrator, time: int = 0, pair: int | None = None) -> Event | None:
+        """Compare the calibrator with the last event; after each pair, and after `Calibrator.apply` if that is called.
+
+        Parameters
+        ----------
+        calibrator : Calibrator
+            The calibrator of this history.
+        time : int
+            Time on a clock of the caller, 0 or later, in any unit.
+        pair : int, optional
+            Number of the pair. Default: one more than in the last call, from 0.
+
+        Returns
+        -------
+        Event or None
+            None if nothing has changed. The numbers of a verdict change with each pair, and are no change by themselves.
+        """
+
+    @property
+    def events(self) -> list[Event]:
+        """The events, the oldest first."""
+
+    @property
+    def capacity(self) -> int:
+        """Number of events that are kept."""
 
 @final
 class Result:

@@ -2,6 +2,7 @@
 
 #[cfg(feature = "images")]
 mod check;
+mod event_file;
 mod export;
 mod generate;
 #[cfg(feature = "images")]

@@ -15,10 +15,11 @@ use sim::run::progress;
 use sim::run::{Apply, DepthErrors, Feed, KeptPairs, Recommendation, RunLog, Step, trace};
 
 use super::called;
+use super::event_file::EventFile;
 use crate::args::parse::choice;
 use crate::args::recording::{Recording, RecordingArgs};
 use crate::args::setup::Setup;
-use crate::stream::Streamed;
+use crate::stream::{Clock, Streamed};
 
 /// Feed a recorded data set, or a recorded stream of frames, to the calibrator, pair by pair, and compare the estimate
 /// with the reference, if there is one.
@@ -107,6 +108,13 @@ pub(crate) struct ReplayArgs {
     #[arg(long, value_name = "FILE")]
     trace: Option<PathBuf>,
 
+    /// Write one line of JSON for each change into this file: of the state, of the answers may_arm and should_apply, of
+    /// the reasons, of the cause, or of the calibration in use (generation). A line has the number of the pair from 0,
+    /// the changes and the verdict after it; time, us, comes from the frame of a stream, and is null otherwise. A file of an
+    /// earlier run is replaced.
+    #[arg(long, value_name = "FILE")]
+    events: Option<PathBuf>,
+
     /// Write a page of the run into this folder: index.html with states, row offsets, errors, coverage
     /// and the estimates on their spheres, its numbers in csv/, and the calibrated rig for OpenCV, Kalibr
     /// and ROS in rig/. Files of an earlier page are replaced.
@@ -147,8 +155,11 @@ impl ReplayArgs {
         let feed = Feed::of(set)?;
         let pairs = Box::new(feed.pairs.inspect(|_| bar.inc(1)));
         let feed = Feed { pairs, ranges: self.ranges()?, tracks, ..feed };
-        let log =
-            self.calibrate(&format!("{count} pairs of {name}: {}", set.meta.source), feed, &bar)?;
+        let log = self.calibrate(
+            &format!("{count} pairs of {name}: {}", set.meta.source),
+            feed,
+            (&bar, &Clock::default()),
+        )?;
         self.print(set, depths, &log)
     }
 
@@ -157,7 +168,7 @@ impl ReplayArgs {
         if self.report.is_some() {
             return self.run(&stream.collect()?, None, None);
         }
-        let Streamed { name, meta, pairs, bar } = stream;
+        let Streamed { name, meta, pairs, bar, clock } = stream;
         let mut kept = KeptPairs::default();
         let pairs = pairs.inspect(|pair| pair.iter().for_each(|pair| kept.offer(pair)));
         let feed = Feed {
@@ -168,7 +179,8 @@ impl ReplayArgs {
             tracks: Vec::new(),
             brief: self.trace.is_none(),
         };
-        let log = self.calibrate(&format!("pairs of {name}: {}", meta.source), feed, &bar)?;
+        let log =
+            self.calibrate(&format!("pairs of {name}: {}", meta.source), feed, (&bar, &clock))?;
         let set = Dataset { name, meta, pairs: kept.into_pairs(), rigs: Vec::new() };
         self.print(&set, None, &log)
     }
@@ -207,8 +219,14 @@ impl ReplayArgs {
         Ok(if self.status { recommended.status().into() } else { ExitCode::SUCCESS })
     }
 
-    fn calibrate(&self, title: &str, feed: Feed<'_>, bar: &ProgressBar) -> Result<RunLog> {
+    fn calibrate(
+        &self,
+        title: &str,
+        feed: Feed<'_>,
+        (bar, clock): (&ProgressBar, &Clock),
+    ) -> Result<RunLog> {
         let mut out = io::stdout();
+        let mut events = self.events.as_deref().map(EventFile::create).transpose()?;
         if !self.json {
             writeln!(out, "{title}")?;
             writeln!(out, "pair {}", Step::HEADING)?;
@@ -219,10 +237,14 @@ impl ReplayArgs {
             if let (false, Some(i), Ok(())) = (self.json, lines.next(), &written) {
                 written = bar.suspend(|| writeln!(out, "{i:>4} {step}"));
             }
+            if let (Some(events), Some(event), Ok(())) = (&mut events, &step.event, &written) {
+                written = events.write(event, clock.get());
+            }
         };
         let log = self.setup.replay(feed, self.apply, each);
         bar.finish_and_clear();
         written?;
+        events.map_or(Ok(()), EventFile::end)?;
         log
     }
 }

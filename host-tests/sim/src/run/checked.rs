@@ -58,7 +58,7 @@ pub struct Judged {
 }
 
 impl Judged {
-    fn of<T: Scalar>(verdict: &Verdict<T>) -> Self {
+    pub(super) fn of<T: Scalar>(verdict: &Verdict<T>) -> Self {
         Self {
             rows_px: verdict.rows_px.to_f64(),
             depth_px: verdict.depth_px.to_f64(),

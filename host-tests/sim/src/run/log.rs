@@ -7,6 +7,7 @@ use stereo_selfcal::{Calibrator, Cameras, Extrinsics, Fused, PairReport, Rejecti
 
 use super::checked::Checked;
 use super::estimate::Estimate;
+use super::event_line::EventLine;
 use super::refused::{CountByReason, WitnessCounts};
 use super::step::{Alone, Solved, Step, Verdict};
 use super::totals::Totals;
@@ -99,6 +100,7 @@ impl RunLog {
             running,
             estimate: self.fused,
             checked: None,
+            event: None,
         });
         &self.steps[self.steps.len() - 1]
     }
@@ -137,6 +139,13 @@ impl RunLog {
         let checked = Checked::of(calibrator, given, details, self.truth.as_ref());
         if let Some(step) = self.steps.last_mut() {
             step.checked = Some(checked);
+        }
+    }
+
+    /// Notes the change of the calibrator with the pair recorded last.
+    pub(super) fn note_event(&mut self, event: EventLine) {
+        if let Some(step) = self.steps.last_mut() {
+            step.event = Some(event);
         }
     }
 

@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use stereo_selfcal::depth::RangeReading;
+use stereo_selfcal::outcome::Event;
 use stereo_selfcal::paper::Settings;
 use stereo_selfcal::{
     Calibrator, Cameras, Config, Extrinsics, FactoryCalibration, Outcome, Rejection, Scalar,
@@ -10,6 +11,7 @@ use strum::{Display, EnumMessage, EnumString, VariantArray};
 
 use super::alone::PairSolver;
 use super::estimate::Estimate;
+use super::event_line::EventLine;
 use super::factory::{self, Start};
 use super::log::RunLog;
 use super::published::Published;
@@ -93,6 +95,8 @@ struct Solvers<T: Scalar, const N: usize> {
     /// The cameras before any correction.
     cameras: Cameras<T>,
     alone: PairSolver<T, N>,
+    /// The last change of the calibrator.
+    last: Event<T>,
 }
 
 fn boxed<T: Scalar, const N: usize>(
@@ -108,7 +112,19 @@ fn boxed<T: Scalar, const N: usize>(
 impl<T: Scalar, const N: usize> Solvers<T, N> {
     fn new(config: Config, made: &FactoryCalibration<T>) -> Self {
         let calibrator = Box::new(Calibrator::new(config, made));
-        Self { calibrator, cameras: made.cameras, alone: PairSolver::new(config, made) }
+        let alone = PairSolver::new(config, made);
+        Self { calibrator, cameras: made.cameras, alone, last: Event::START }
+    }
+
+    /// Notes what has changed with the pair recorded last.
+    fn note_event(&mut self, log: &mut RunLog) {
+        let pair = u32::try_from(log.pairs()).unwrap_or(u32::MAX).saturating_sub(1);
+        let (verdict, generation) =
+            (self.calibrator.verdict(), self.calibrator.in_use().generation);
+        if let Some(event) = self.last.next(0, pair, verdict, generation) {
+            log.note_event(EventLine::of(&event, None));
+            self.last = event;
+        }
     }
 }
 
@@ -121,6 +137,7 @@ impl<T: Scalar, const N: usize> Replayed for Solvers<T, N> {
         log: &mut RunLog,
     ) {
         replay_pair((&mut self.calibrator, &self.cameras), pair, with, apply, log);
+        self.note_event(log);
         log.note_alone(self.alone.solve(pair));
     }
 }

@@ -7,6 +7,7 @@ use stereo_selfcal::{Extrinsics, Fused, Rejection, State};
 
 use super::checked::Checked;
 use super::estimate::Estimate;
+use super::event_line::EventLine;
 use super::refused::{CountByReason, WitnessCounts};
 
 /// Outcome of one pair.
@@ -44,6 +45,8 @@ pub struct Step {
     pub estimate: Option<Estimate>,
     /// Calibration in use and verdict after this pair, if the run has noted them.
     pub checked: Option<Checked>,
+    /// The change of the calibrator with this pair, without a time; `None` if nothing has changed.
+    pub event: Option<EventLine>,
 }
 
 /// One pair solved alone, from the factory extrinsics.

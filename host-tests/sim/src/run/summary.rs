@@ -68,7 +68,7 @@ pub struct JudgedInWords {
 }
 
 impl JudgedInWords {
-    fn of(judged: &Judged) -> Self {
+    pub(super) fn of(judged: &Judged) -> Self {
         let known = |px: f64| Some(px).filter(|px| px.is_finite());
         Self {
             rows_px: known(judged.rows_px),

@@ -2,6 +2,7 @@
 
 use core::hint::black_box;
 
+use stereo_selfcal::outcome::{Change, Event, History};
 use stereo_selfcal::{Calibrator, Cameras, Config, Reason, has_valid_lengths};
 
 use crate::{memory, number, show, solver, store, witness};
@@ -55,6 +56,7 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show((reasons.contains(Reason::Lens), reasons.is_empty(), reasons.bits()));
     show(reasons.iter().next());
     show(verdict);
+    note(calibrator);
     show(calibrator.apply());
     show(calibrator.undo());
     calibrator.set_frozen(black_box(false));
@@ -64,4 +66,18 @@ fn judge(calibrator: &mut Calibrator<f32, 256>) {
     show(calibrator.batch());
     show(calibrator.clone());
     calibrator.discard_pair();
+}
+
+fn note(calibrator: &Calibrator<f32, 256>) {
+    let mut history = black_box(History::<f32, 8>::new());
+    let (time, pair) = black_box((0, 0));
+    let generation = calibrator.in_use().generation;
+    show(Event::START.next(time, pair, calibrator.verdict(), generation));
+    if let Some(event) = history.note(time, pair, calibrator.verdict(), generation) {
+        let changes = event.changes;
+        show((changes.is_empty(), changes.contains(Change::State), changes.bits()));
+        show(changes.iter().next().map(|change| change.code()));
+    }
+    history.events().for_each(show);
+    show(history.total());
 }

@@ -2,6 +2,8 @@
 
 use std::fs;
 
+use serde_json::Value;
+
 use crate::call::{failure, json, scene, selfcal, stdout};
 
 #[test]
@@ -121,6 +123,39 @@ fn the_trace_has_a_row_a_pair() {
     assert_eq!((rows().len(), &rows()[0]), (14, &synth[0]));
 }
 
+/// The events of a replay.
+fn events(arguments: &[&str]) -> Vec<Value> {
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("events.jsonl");
+    let to = ["--apply", "each", "--events", file.to_str().unwrap()];
+    stdout(&[&["replay"], arguments, &to[..]].concat());
+    let text = fs::read_to_string(&file).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn each_change_is_an_event_and_a_stream_tells_its_time() {
+    let of_set = events(&["opencv_chess_sift"]);
+    let has = |event: &Value, change: &str| {
+        event["changes"].as_array().unwrap().iter().any(|name| name == change)
+    };
+    let locked = of_set.iter().find(|event| event["state"] == "locked").unwrap();
+    assert!(has(locked, "state") && locked["time"].is_null(), "{locked}");
+    let applied: Vec<_> = of_set.iter().filter(|event| has(event, "generation")).collect();
+    assert_eq!(applied[0]["generation"], 1);
+    assert!(
+        of_set.iter().all(|event| event["reasons"].is_array() && event["may_arm"].is_boolean())
+    );
+    assert!(of_set.windows(2).all(|two| two[0]["pair"].as_u64() < two[1]["pair"].as_u64()));
+
+    let dir = tempfile::tempdir().unwrap();
+    let stream = dir.path().join("stream");
+    let stream = stream.to_str().unwrap();
+    stdout(&["record", "opencv_chess_sift", stream]);
+    let of_stream = events(&[stream, "--rig", "opencv_chess_sift", "--initial", "guess"]);
+    assert!(of_stream.iter().all(|event| event["time"].is_u64()), "{of_stream:?}");
+}
+
 #[test]
 fn text_has_a_line_a_pair_and_the_final_table() {
     let text = stdout(&["replay", "opencv_chess_corners"]);
@@ -164,7 +199,7 @@ fn mistakes_are_named() {
     let (_dir, set) = scene("near", &["--pairs", "3", "--matches", "5"]);
     let ended = selfcal(&["replay", &set, "--json"]).ends_with(1);
     assert!(ended.err.contains("none of the 3 pairs could be fused"), "{}", ended.err);
-    let found: serde_json::Value = serde_json::from_str(&ended.out).unwrap();
+    let found: Value = serde_json::from_str(&ended.out).unwrap();
     assert_eq!(found["rejected_pairs"], serde_json::json!({ "too_few": 3 }));
     assert_eq!(
         (&found["refused_matches"], &found["matches"]),
