@@ -97,7 +97,7 @@ fn peak() -> Option<u64> {
 /// Writes a whole bag.
 type Write<'a> = &'a dyn Fn(&Path);
 
-/// The files are those of the reference library (`mcap` 0.26), each with another compression.
+/// The reference library (`mcap` 0.26) wrote the files, each with another compression.
 #[test]
 fn bags_of_the_reference_library_are_read() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/mcap");
