@@ -26,7 +26,7 @@ use crate::outcome::verdict::{Recent, Verdict};
 use crate::record::factory::FactoryCalibration;
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{SCREEN, SCREEN_NOISES, SPARE_STEPS};
+use crate::thresholds::{SCREEN_NOISES, SPARE_STEPS};
 use step::Step;
 
 /// Online calibrator of one stereo rig, for up to `N` correspondences per pair.
@@ -102,8 +102,8 @@ pub struct Calibrator<T: Scalar, const N: usize> {
 
 impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Returns a calibrator that starts at the factory calibration. The first pairs are solved from it, and the
-    /// correction limit is measured from it. Row offsets alone do not determine yaw: the estimate
-    /// starts at the factory yaw, weighted by [`FactoryCalibration::yaw_sd_rad`], and follows the turns of the mount.
+    /// correction limit is measured from it. Row offsets alone do not determine yaw: the estimate starts at the factory
+    /// yaw, weighted by [`FactoryCalibration::yaw_sd_rad`], and follows the turns of the mount.
     ///
     /// Another factory calibration needs a new calibrator: a firmware saves that calibration and restarts.
     // Inlined, so that the value is written in place, without a copy on the stack.
@@ -220,8 +220,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         // By reference: moving the proposal out of the option would take its stack space twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref()?;
-        let screen = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
-        let screen = screen.max(T::lit(SCREEN_NOISES) * self.fusion.noise());
+        let limit = T::single(self.config.fit_limit_px);
+        let screen = limit.max(T::lit(SCREEN_NOISES) * self.fusion.noise());
         let rays = self.fusion.reference().correction();
         let (matches, contradicting) = (self.batch.pairs(), self.contradicting);
         Details::over(matches, rays, &self.in_use, proposal, contradicting, of_image, screen)
@@ -297,7 +297,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 }
 
-/// Returns the context of a call: configuration, rig and vibration. A function of its own, so that a caller can change the
+/// Returns the context of a call: configuration, rig and vibration. It borrows no fusion, so a caller can change the
 /// fusion while it holds the context.
 #[inline(never)]
 fn context<'a, T: Scalar>(

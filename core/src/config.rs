@@ -37,7 +37,7 @@ impl Default for Config {
 #[cfg_attr(feature = "serde", serde(try_from = "Parts"))]
 pub struct Config {
     pub(crate) prior_sd_rad: f32,
-    pub(crate) huber_threshold_px: f32,
+    pub(crate) fit_limit_px: f32,
     pub(crate) max_passes: u16,
     pub(crate) min_correspondences: u16,
     pub(crate) noise_floor_px: f32,
@@ -56,7 +56,7 @@ pub struct Config {
 #[derive(serde::Deserialize)]
 struct Parts {
     prior_sd_rad: f32,
-    huber_threshold_px: f32,
+    fit_limit_px: f32,
     max_passes: u16,
     min_correspondences: u16,
     noise_floor_px: f32,
@@ -78,7 +78,7 @@ impl TryFrom<Parts> for Config {
         Self::robust()
             .with_lens_tracking(parts.lens_tracking)
             .with_prior_sd_rad(parts.prior_sd_rad)?
-            .with_huber_threshold_px(parts.huber_threshold_px)?
+            .with_fit_limit_px(parts.fit_limit_px)?
             .with_max_passes(parts.max_passes)?
             .with_min_correspondences(parts.min_correspondences)?
             .with_noise_floor_px(parts.noise_floor_px)?
@@ -103,7 +103,7 @@ impl Config {
     pub const fn robust() -> Self {
         Self {
             prior_sd_rad: 0.1,
-            huber_threshold_px: 1.0,
+            fit_limit_px: 3.0,
             max_passes: 24,
             min_correspondences: 12,
             noise_floor_px: 0.15,
@@ -133,19 +133,19 @@ impl Config {
         }
     }
 
-    /// Sets the threshold of row offsets, px. Default 1. A match fits a calibration if its row offset is within three
-    /// thresholds, or within 4.2 times the noise of a coordinate if that is more.
+    /// Sets the limit of row offsets, px. Default 3. A match fits a calibration if its row offset is within the limit, or
+    /// within 4.2 times the noise of a coordinate if that is more.
     ///
     /// A larger value counts more matches as fitting; a smaller one counts fewer.
     ///
     /// # Errors
-    /// [`ConfigError::HuberThreshold`] unless the value is finite and above 0.
-    pub const fn with_huber_threshold_px(mut self, px: f32) -> Result<Self, ConfigError> {
+    /// [`ConfigError::FitLimit`] unless the value is finite and above 0.
+    pub const fn with_fit_limit_px(mut self, px: f32) -> Result<Self, ConfigError> {
         if px > 0.0 && px.is_finite() {
-            self.huber_threshold_px = px;
+            self.fit_limit_px = px;
             Ok(self)
         } else {
-            Err(ConfigError::HuberThreshold)
+            Err(ConfigError::FitLimit)
         }
     }
 
@@ -239,8 +239,8 @@ impl Config {
         self
     }
 
-    /// Sets whether errors of the given lens models are reported or compensated. Default [`LensTracking::Report`].
-    /// With a lens prior only.
+    /// Sets whether errors of the given lens models are reported or compensated. Default [`LensTracking::Report`]. It
+    /// acts only with a lens prior.
     #[must_use]
     pub const fn with_lens_tracking(mut self, tracking: LensTracking) -> Self {
         self.lens_tracking = tracking;
@@ -249,7 +249,7 @@ impl Config {
 
     /// Sets the standard deviation of the apparent yaw `a` of the lenses, rad. An apparent yaw `a` shifts rows by
     /// `a x y` at unit depth. Default 4.6e-3, the RMS over five recordings of two rectified vehicle rigs; data sets
-    /// that were calibrated jointly with boards have nearly none. With a lens prior only.
+    /// that were calibrated jointly with boards have nearly none. It acts only with a lens prior.
     ///
     /// A larger value attributes more of the yaw that rows show to the lens; a smaller one attributes more to the
     /// mount.

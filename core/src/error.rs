@@ -87,7 +87,10 @@ pub enum ExtrinsicsError {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// Huber threshold: finite and above 0 px.
+    /// Limit of the row offset of a match that fits: finite and above 0 px.
+    #[error("fit limit must be finite and above 0 px")]
+    FitLimit,
+    /// Huber threshold of the published method: finite and above 0 px.
     #[error("huber threshold must be finite and above 0 px")]
     HuberThreshold,
     /// Passes: at least 2.
@@ -243,16 +246,16 @@ pub enum Rejection {
     /// the matcher searches along the rows and has not measured them. Such a pair says nothing about the calibration.
     #[error("rows not measured: the matcher searches along rows")]
     RowsNotMeasured,
-    /// The correspondences leave a direction of the extrinsics free: they are all alike, or on one line. In the published
-    /// method they may also be all far away. The pair is also refused for this reason if its own extrinsics are not
-    /// valid.
+    /// The correspondences leave a direction of the extrinsics free: they are all alike, or on one line. In the
+    /// published method they may also be all far away. The pair is also refused for this reason if its own extrinsics
+    /// are not valid.
     #[error("the correspondences leave a direction of the extrinsics free")]
     Unobservable,
     /// The pair's weakest direction is less certain than the configuration allows (published method only).
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
-    /// `R` or `t` of the estimate with the pair, or in the published method of the pair alone, is further from the factory
-    /// values than the correction limit. If this error returns again and again, the factory values are wrong or the
+    /// `R` or `t` of the estimate with the pair, or in the published method of the pair alone, is further from the
+    /// factory values than the correction limit. If this error returns again and again, the factory values are wrong or the
     /// mount has moved.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
@@ -376,7 +379,7 @@ codes! {
         HuberThreshold = 300, MaxPasses = 301, StepTolerance = 302, MinCorrespondences = 303,
         NoiseFloor = 304, PriorStandardDeviation = 305, MaxStandardDeviation = 306, Memory = 307,
         MaxCorrection = 308, LensPrior = 309, FactoryYaw = 311, LensYaw = 312, BaselineLength = 313,
-        RowsLimit = 314, DepthLimit = 315, CoverageLimit = 316,
+        RowsLimit = 314, DepthLimit = 315, CoverageLimit = 316, FitLimit = 317,
     }
     PushError { Busy = BUSY, Score = SCORE, GridStep = 403, Pixel { 1: why } = why.code() }
     RangeError {

@@ -107,7 +107,6 @@
 //!
 //! | feature | effect |
 //! |---|---|
-//! | `paper` (default) | The published method, `paper::PaperCalibrator`. |
 //! | `defmt` | `defmt::Format` for every result and error. |
 //! | `serde` | `Serialize` and `Deserialize` for parameters, cameras, extrinsics and results; [`Calibration`] has only `Serialize`. Matrices and lens coefficients are plain arrays. A [`Config`], a [`FactoryCalibration`], a [`Camera`], a lens model and [`Extrinsics`] that are read are checked. |
 //! | `async` | [`link::FpgaMatcher`] over `embedded-hal-async`. |
@@ -156,7 +155,6 @@ pub mod geometry;
 pub mod link;
 pub mod outcome;
 mod pair;
-#[cfg(feature = "paper")]
 pub mod paper;
 mod record;
 mod scalar;

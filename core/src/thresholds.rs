@@ -394,12 +394,12 @@ pub(crate) const MAX_DISAGREEMENT: [f64; 2] = [3.0, 5.0];
 /// be the scene. A larger limit may apply the pose of a fence; a smaller one waits where the scene is clear.
 pub(crate) const MAX_SECOND_CROWD: f64 = 0.8;
 
-/// Huber thresholds up to which a row offset enters the RMS. A larger limit lets outliers in; a smaller one hides a bad
-/// calibration.
+/// Multiple of the row offset at which a rig may arm, and of the Huber threshold of the published method, up to which a
+/// row offset enters the RMS. A larger multiple lets outliers in; a smaller one hides a bad calibration.
 pub(crate) const SCREEN: f64 = 3.0;
 
-/// Multiple of the noise of a coordinate up to which a row offset enters the RMS, if that is more than [`SCREEN`]:
-/// three deviations of a row offset.
+/// Multiple of the noise of a coordinate up to which a row offset enters the RMS, if that is more than the limit of a
+/// fit: three deviations of a row offset.
 pub(crate) const SCREEN_NOISES: f64 = 4.2;
 
 /// Number of matches of a pair that a verdict reads. A larger number costs time; a smaller one makes the coverage noisy.
@@ -439,7 +439,6 @@ pub(crate) const SIGNIFICANT_CHANGE: f64 = 15.1;
 /// because of noise; a smaller one misses real changes.
 pub(crate) const IMPROVEMENT: f64 = 0.9;
 
-#[cfg(feature = "paper")]
 pub(crate) mod paper;
 #[cfg(test)]
 mod tests;

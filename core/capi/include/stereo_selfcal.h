@@ -1163,15 +1163,15 @@ typedef struct selfcal_config_t {
      */
     float prior_sd_rad;
     /**
-     * Lower bound of the estimated noise of a coordinate, px: 0.001 to 100; default 0.15. The bound keeps the information
-     * finite on data without noise.
+     * Lower bound of the estimated noise of a coordinate, px: 0.001 to 100; default 0.15. The bound keeps the
+     * information finite on data without noise.
      */
     float noise_floor_px;
     /**
-     * Threshold of row offsets, px: finite and above 0; default 1. A match fits a calibration if its row offset is within
-     * three thresholds, or within 4.2 times the noise of a coordinate if that is more.
+     * Limit of row offsets, px: finite and above 0; default 3. A match fits a calibration if its row offset is within
+     * the limit, or within 4.2 times the noise of a coordinate if that is more.
      */
-    float huber_threshold_px;
+    float fit_limit_px;
     /**
      * Largest row offset in use at which a rig may arm, px: above 0, or infinite; default 1.
      */
@@ -1187,7 +1187,7 @@ typedef struct selfcal_config_t {
      */
     float coverage_limit;
     /**
-     * A `selfcal_lens_tracking_t`. With a lens prior only.
+     * A `selfcal_lens_tracking_t`, which acts only with a lens prior.
      */
     uint32_t lens_tracking;
     /**

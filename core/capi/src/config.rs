@@ -41,12 +41,12 @@ pub struct selfcal_config_t {
     /// Standard deviation of the factory extrinsics about each axis, rad: 1e-4 to 1; default 0.1. A larger value
     /// follows a rig that is further off; a smaller one stabilises pairs with little information.
     pub prior_sd_rad: f32,
-    /// Lower bound of the estimated noise of a coordinate, px: 0.001 to 100; default 0.15. The bound keeps the information
-    /// finite on data without noise.
+    /// Lower bound of the estimated noise of a coordinate, px: 0.001 to 100; default 0.15. The bound keeps the
+    /// information finite on data without noise.
     pub noise_floor_px: f32,
-    /// Threshold of row offsets, px: finite and above 0; default 1. A match fits a calibration if its row offset is within
-    /// three thresholds, or within 4.2 times the noise of a coordinate if that is more.
-    pub huber_threshold_px: f32,
+    /// Limit of row offsets, px: finite and above 0; default 3. A match fits a calibration if its row offset is within
+    /// the limit, or within 4.2 times the noise of a coordinate if that is more.
+    pub fit_limit_px: f32,
     /// Largest row offset in use at which a rig may arm, px: above 0, or infinite; default 1.
     pub rows_limit_px: f32,
     /// Largest expected error of disparity at which a rig may arm, px: above 0, or infinite for a rig that uses no metric
@@ -55,7 +55,7 @@ pub struct selfcal_config_t {
     /// Least share of the matches that fit the pair's own pose that must fit the calibration in use: up to 1; default
     /// 0.7.
     pub coverage_limit: f32,
-    /// A `selfcal_lens_tracking_t`. With a lens prior only.
+    /// A `selfcal_lens_tracking_t`, which acts only with a lens prior.
     pub lens_tracking: u32,
     /// 1 if `lens_prior` replaces the default deviations of the lens models, otherwise 0.
     pub has_lens_prior: u32,
@@ -89,7 +89,7 @@ impl ConfigFault {
         match self {
             Self::Enumeration(text) => text,
             Self::Parameter(error) => match error {
-                ConfigError::HuberThreshold => c"huber_threshold_px is not finite or not above 0",
+                ConfigError::FitLimit => c"fit_limit_px is not finite or not above 0",
                 ConfigError::MaxPasses => c"max_passes is below 2",
                 ConfigError::MinCorrespondences => c"min_correspondences is below 6",
                 ConfigError::NoiseFloor => c"noise_floor_px is outside 0.001 to 100",
@@ -131,7 +131,7 @@ impl selfcal_config_t {
         let config = given(config, self.max_correction_rad, Config::with_max_correction_rad)?;
         let config = given(config, self.prior_sd_rad, Config::with_prior_sd_rad)?;
         let config = given(config, self.noise_floor_px, Config::with_noise_floor_px)?;
-        let config = given(config, self.huber_threshold_px, Config::with_huber_threshold_px)?;
+        let config = given(config, self.fit_limit_px, Config::with_fit_limit_px)?;
         let config = given(config, self.rows_limit_px, Config::with_rows_limit_px)?;
         let config = given(config, self.depth_limit_px, Config::with_depth_limit_px)?;
         let config = given(config, self.coverage_limit, Config::with_coverage_limit)?;

@@ -242,12 +242,8 @@ impl<T: Scalar> Cameras<T> {
         let right =
             self.right.ray_of_checked(c.right).map_err(|e| PushError::Pixel(Side::Right, e))?;
         let tag = c.score_steps() | (cell.bits() << SCORE_BITS);
-        Ok(RayPair::of(
-            &left,
-            &right,
-            tag,
-            GRID_STEP.code(step_of([c.left[1], c.right[1]], c.grid_step)),
-        ))
+        let step = step_of([c.left[1], c.right[1]], c.grid_step);
+        Ok(RayPair::of(&left, &right, tag, GRID_STEP.code(step)))
     }
 
     /// Returns the rays of the pixels of one point, with score 1 and continuous coordinates.

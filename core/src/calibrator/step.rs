@@ -40,8 +40,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// The calibration in use never changes. A rejected pair does not change the extrinsics of a confirmed estimate.
     /// After [`Rejection::Disagrees`] the standard deviations of the estimate may be larger, because the pair may show
     /// a vibration. A rejected pair counts against each estimate that it was compared with. No pair counts while the
-    /// calibrator is frozen. A batch with too few matches ([`Rejection::TooFew`] in
-    /// the first step) is not compared. Effects of the pairs that count:
+    /// calibrator is frozen. A batch with too few matches ([`Rejection::TooFew`] in the first step) is not compared.
+    /// Effects of the pairs that count:
     /// - A locked estimate becomes [`State::Suspect`], and [`State::Lost`] after ten such pairs in a row. The next pair
     ///   that agrees with the estimate locks it again; if there is a challenger, this may take two such pairs.
     /// - A challenger, or an estimate that is still [`State::Acquiring`], is dropped once at least two pairs disagree

@@ -20,7 +20,7 @@ pub(super) const LEVEL_BITS: u8 = 4;
 /// opt-level "s" the compiler does not unroll a loop.
 #[inline(always)]
 pub(super) fn record_words(record: &[u8; RECORD_BYTES]) -> [u32; 4] {
-    // From chunks of four bytes: from single bytes the compiler would load each byte separately.
+    // The compiler loads a chunk of four bytes at once, and single bytes separately.
     match record.as_chunks().0 {
         [a, b, c, d] => [
             u32::from_le_bytes(*a),

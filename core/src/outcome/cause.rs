@@ -150,25 +150,21 @@ impl Cause {
         why: Rejection,
         size: [u16; 2],
     ) -> Option<Self> {
-        let of_failure = || {
-            let cause = match why {
-                Rejection::Behind => Self::Reversed,
-                // Pixels were refused, and all accepted matches are in the square that an image and its transpose have
-                // in common.
-                Rejection::Columns
-                    if batch.refused() > 0 && batch.seen().is_of_the_square(size) =>
-                {
-                    Self::Transposed
-                }
-                Rejection::Columns => Self::Upright,
-                Rejection::NoConsensus | Rejection::Unobservable => Self::Mismatches,
-                Rejection::NoDepth => Self::SameImage,
-                Rejection::RowsNotMeasured => Self::RowsNotMeasured,
-                _ => return None,
-            };
-            Some(if batch.is_moved_alike() { Self::SameImage } else { cause })
+        if let Some(cause) = Self::of_pixels(batch) {
+            return Some(cause);
+        }
+        // All accepted matches are in the square that an image and its transpose have in common.
+        let transposed = batch.refused() > 0 && batch.seen().is_of_the_square(size);
+        let cause = match why {
+            Rejection::Behind => Self::Reversed,
+            Rejection::Columns if transposed => Self::Transposed,
+            Rejection::Columns => Self::Upright,
+            Rejection::NoConsensus | Rejection::Unobservable => Self::Mismatches,
+            Rejection::NoDepth => Self::SameImage,
+            Rejection::RowsNotMeasured => Self::RowsNotMeasured,
+            _ => return None,
         };
-        Self::of_pixels(batch).or_else(of_failure)
+        Some(if batch.is_moved_alike() { Self::SameImage } else { cause })
     }
 }
 

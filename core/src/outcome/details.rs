@@ -36,8 +36,8 @@ pub struct Details<T> {
     /// RMS difference between the row offsets in use and proposed, px: the error of the extrinsics in use, without
     /// noise and vibration.
     pub off_px: T,
-    /// Number of matches whose row offset with the extrinsics in use is within the screening threshold
-    /// ([`crate::Config::with_huber_threshold_px`]).
+    /// Number of matches whose row offset with the extrinsics in use is within the limit of a fit
+    /// ([`crate::Config::with_fit_limit_px`]).
     pub fit_in_use: u32,
     /// The same number with the proposed extrinsics. Both RMS values are over these matches.
     pub fit_proposed: u32,

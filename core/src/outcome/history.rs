@@ -43,59 +43,9 @@ impl Change {
         [Self::State, Self::Arming, Self::Applying, Self::Reasons, Self::Cause, Self::Generation];
 }
 
-/// Set of [`Change`]s.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Changes(u16);
-
-impl Changes {
-    /// Returns whether the set is empty.
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Returns whether a change is in the set.
-    #[must_use]
-    pub const fn contains(self, change: Change) -> bool {
-        self.0 & change.code() != 0
-    }
-
-    /// Returns the changes, in the order of [`Change::ALL`].
-    pub fn iter(self) -> impl Iterator<Item = Change> {
-        Change::ALL.into_iter().filter(move |change| self.contains(*change))
-    }
-
-    /// Returns the sum of the [`Change::code`]s.
-    #[must_use]
-    pub const fn bits(self) -> u16 {
-        self.0
-    }
-
-    const fn with(self, change: Change, holds: bool) -> Self {
-        if holds { Self(self.0 | change.code()) } else { self }
-    }
-}
-
-impl fmt::Display for Changes {
-    /// Writes the changes: `state, arming`; nothing for an empty set.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut separator = "";
-        for change in self.iter() {
-            write!(f, "{separator}{change}")?;
-            separator = ", ";
-        }
-        Ok(())
-    }
-}
-
-#[cfg(feature = "defmt")]
-impl defmt::Format for Changes {
-    fn format(&self, f: defmt::Formatter<'_>) {
-        for change in self.iter() {
-            defmt::write!(f, "{} ", change);
-        }
-    }
+sets! {
+    /// Set of [`Change`]s.
+    Changes of Change;
 }
 
 /// A change of a calibrator, with the verdict and the generation after it. All events have the same size.
@@ -119,7 +69,7 @@ pub struct Event<T> {
 impl<T: Scalar> Event<T> {
     /// The state of a new calibrator, which the first event is compared with.
     pub const START: Self =
-        Self { time: 0, pair: 0, changes: Changes(0), generation: 0, verdict: Verdict::NONE };
+        Self { time: 0, pair: 0, changes: Changes::NONE, generation: 0, verdict: Verdict::NONE };
 
     /// Returns the event that follows this one; `None` if nothing has changed. The numbers of a verdict change with
     /// each pair, and are no change by themselves.
@@ -136,7 +86,7 @@ impl<T: Scalar> Event<T> {
         generation: u32,
     ) -> Option<Self> {
         let before = &self.verdict;
-        let changes = Changes(0)
+        let changes = Changes::NONE
             .with(Change::State, verdict.state != before.state)
             .with(Change::Arming, verdict.may_arm != before.may_arm)
             .with(Change::Applying, verdict.should_apply != before.should_apply)

@@ -41,8 +41,8 @@ pub struct PairReport<T: Scalar> {
     pub rms_px_before: T,
     /// RMS row offset of the same correspondences at the solution, px.
     pub rms_px_after: T,
-    /// Standard deviation of the noise, estimated from the residuals, px: of one coordinate, at most 5.5. In the published
-    /// method: of the row offsets, each clipped at the Huber threshold.
+    /// Standard deviation of the noise, estimated from the residuals, px: of one coordinate, at most 5.5. In the
+    /// published method: of the row offsets, each clipped at the Huber threshold.
     pub noise_px: T,
 }
 

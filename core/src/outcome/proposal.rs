@@ -49,8 +49,8 @@ pub struct Proposal<T: Scalar> {
     #[cfg_attr(feature = "serde", serde(with = "rows"))]
     pub covariance: Matrix5<T>,
     /// Standard deviations with the lens models uncertain ([`crate::Config::with_lens_prior`]). Their yaw is the yaw of
-    /// the mount, as rows, factory calibration and witnesses determine it. They equal `sd`
-    /// without a lens prior as long as no witness is taken.
+    /// the mount, as rows, factory calibration and witnesses determine it. They equal `sd` without a lens prior as long
+    /// as no witness is taken.
     pub sd_lens: StandardDeviations<T>,
     /// Covariance with the lens models uncertain, as `covariance`.
     #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
@@ -66,9 +66,9 @@ pub struct Proposal<T: Scalar> {
     /// prior. Points more than some thousand baselines away do not observe it, because their disparities are noise.
     pub baseline_observed: bool,
     /// Whether the pairs fit the estimate clearly better than the calibration in use: their RMS row offset is smaller
-    /// by a tenth, and the two differ by more than chance. `None` if the calibration
-    /// in use or the estimate belongs to other cameras than the rays of the pairs
-    /// ([`crate::LensTracking::Compensate`]), because the sums over the pairs cannot compare the two then.
+    /// by a tenth, and the two differ by more than chance. `None` if the calibration in use or the estimate belongs to
+    /// other cameras than the rays of the pairs ([`crate::LensTracking::Compensate`]), because the sums over the pairs
+    /// cannot compare the two then.
     pub improves: Option<bool>,
     /// Reliability of `R`; `baseline_observed` tells whether pairs have determined `t`.
     pub state: State,
@@ -111,8 +111,7 @@ impl<T: Scalar> Proposal<T> {
             - self.extrinsics.rotation().matrix().m12)
             * T::HALF;
         let least = T::lit(SIGNIFICANT * SIGNIFICANT);
-        let by_chance = roll * roll <= least * self.covariance.m33;
-        !self.baseline_observed && by_chance
+        !self.baseline_observed && roll * roll <= least * self.covariance.m33
     }
 
     /// Returns the least certain direction and its standard deviation with the lens uncertain, rad.

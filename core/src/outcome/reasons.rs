@@ -1,7 +1,5 @@
 //! Named reasons not to rely on a calibration: reasons of the estimate, and reasons of the last pair.
 
-use core::fmt;
-
 /// One reason not to rely on a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -89,21 +87,12 @@ impl Reason {
     ];
 }
 
-/// Set of [`Reason`]s.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
-#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
-pub struct Reasons(u16);
+sets! {
+    /// Set of [`Reason`]s.
+    Reasons of Reason;
+}
 
 impl Reasons {
-    /// No reason.
-    pub const NONE: Self = Self(0);
-
-    /// Returns the set with a reason added, if the reason holds.
-    #[must_use]
-    pub(crate) const fn with(self, reason: Reason, holds: bool) -> Self {
-        if holds { Self(self.0 | reason.code()) } else { self }
-    }
-
     /// Returns whether a reason of the set forbids arming of a rig whose estimate has been confirmed.
     pub(crate) const fn forbid_arming(self) -> bool {
         self.contains(Reason::Unfit)
@@ -115,52 +104,5 @@ impl Reasons {
     /// Returns whether the matches are too doubtful to apply their estimate.
     pub(crate) const fn is_doubtful(self) -> bool {
         self.contains(Reason::SecondMode) || self.contains(Reason::Biased)
-    }
-
-    /// Returns whether the set is empty.
-    #[must_use]
-    pub const fn is_empty(self) -> bool {
-        self.0 == 0
-    }
-
-    /// Returns whether a reason is in the set.
-    #[must_use]
-    pub const fn contains(self, reason: Reason) -> bool {
-        self.0 & reason.code() != 0
-    }
-
-    /// Returns the reasons, in the order of [`Reason::ALL`].
-    pub fn iter(self) -> impl Iterator<Item = Reason> {
-        Reason::ALL.into_iter().filter(move |reason| self.contains(*reason))
-    }
-
-    /// Returns the sum of the [`Reason::code`]s.
-    #[must_use]
-    pub const fn bits(self) -> u16 {
-        self.0
-    }
-}
-
-impl fmt::Display for Reasons {
-    /// Writes the reasons: `estimate not locked, baseline not observed`; `none` for an empty set.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.is_empty() {
-            return f.write_str("none");
-        }
-        let mut separator = "";
-        for reason in self.iter() {
-            write!(f, "{separator}{reason}")?;
-            separator = ", ";
-        }
-        Ok(())
-    }
-}
-
-#[cfg(feature = "defmt")]
-impl defmt::Format for Reasons {
-    fn format(&self, f: defmt::Formatter<'_>) {
-        for reason in self.iter() {
-            defmt::write!(f, "{} ", reason);
-        }
     }
 }

@@ -285,8 +285,8 @@ impl<T: Scalar> Evidence<'_, T> {
         let [used, next] =
             both.map(|of| with_lens(&RectifyingRotations::from(&of.extrinsics), lens_yaw));
         let poses = [RectifyingRotations::from(&own.extrinsics), used?, next?];
-        let huber = T::single(self.config.huber_threshold_px) * T::lit(SCREEN);
-        let own_px = huber.max(T::lit(SCREEN_NOISES) * own.noise_px);
+        let limit = T::single(self.config.fit_limit_px);
+        let own_px = limit.max(T::lit(SCREEN_NOISES) * own.noise_px);
         // A matcher that tolerates more than the screen finds more.
         let px = own_px.max(T::single(self.config.rows_limit_px) * T::lit(SCREEN));
         let screens = [own_px, px].map(|px| px / self.focal);

@@ -4,10 +4,10 @@
 //! Rectified rays `a = R_l p_l`, `b = R_r p_r` give the constraint `C = y_a z_b - z_a y_b`, which is the row offset of
 //! eq 11 times `z_a z_b`. If the four image coordinates at unit depth have unit variance, `C` has to first order the
 //! variance `V = y_a^2 + z_a^2 - g_a^2 + y_b^2 + z_b^2 - g_b^2`, times `s^2` for the local scale `s` of the lenses. Here
-//! `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and `g_b = R_l[2][2] y_b - R_l[1][2] z_b`. The gauge of eq 8 makes `R_r[1][2]` zero. `C / sqrt V` is the whitened
-//! residual (Sampson). No square root is needed, because only squares and products of whitened quantities occur. They
-//! are the squares and products of the unwhitened quantities, divided by `V`. Derivation: `ESTIMATOR.md`, sections 2
-//! to 4.
+//! `g_a = R_r[2][2] y_a - R_r[1][2] z_a`, and `g_b = R_l[2][2] y_b - R_l[1][2] z_b`. The gauge of eq 8 makes `R_r[1][2]`
+//! zero. `C / sqrt V` is the whitened residual (Sampson). No square root is needed, because only squares and products of
+//! whitened quantities occur. They are the squares and products of the unwhitened quantities, divided by `V`. Derivation:
+//! `ESTIMATOR.md`, sections 2 to 4.
 
 use nalgebra::Matrix3;
 

@@ -12,7 +12,6 @@
 
 mod api;
 mod link;
-#[cfg(feature = "paper")]
 mod paper;
 mod record;
 mod store;

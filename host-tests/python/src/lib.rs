@@ -1,8 +1,8 @@
 //! Python package `stereo_selfcal`: the calibrator of the vehicle for numpy.
 //!
-//! The core is called in `engine`, `calibrator`, `published`, `camera`, `rig` and `calibration`. `outcome` has the results of a pair
-//! as plain data; `errors` converts errors into the exceptions of `python/stereo_selfcal/_errors.py`. `_native.pyi` has
-//! documentation and types of the public API.
+//! The core is called in `engine`, `calibrator`, `published`, `history`, `camera`, `rig` and `calibration`. `outcome` has
+//! the results of a pair as plain data; `errors` converts errors into the exceptions of
+//! `python/stereo_selfcal/_errors.py`. `_native.pyi` has documentation and types of the public API.
 #![allow(
     clippy::cast_possible_truncation,
     reason = "numbers of Python to those of a vehicle, which checks their range"

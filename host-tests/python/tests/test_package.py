@@ -329,7 +329,7 @@ def test_texts_read_well(made: Made, locked: sc.Calibrator) -> None:
         "<Camera 640 x 480 px, radial-tangential, focal length 500.00 501.00 px, principal point 322.00 241.00 px>"
     )
     assert "no factory calibration" in repr(made.rig)
-    assert repr(locked).startswith("<Calibrator locked, robust, 256 matches, <Rig")
+    assert repr(locked).startswith("<Calibrator locked, 256 matches, <Rig")
     assert re.match(r"<Result locked, added; t -0\.99.* sd .* rad; rows .* px, depth .* px, coverage ", repr(locked.fuse(*made.pair(9))))
     assert repr(locked.apply()).startswith("<Calibration R 0.0")
 

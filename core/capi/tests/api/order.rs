@@ -85,7 +85,7 @@ fn a_parameter_out_of_its_range_is_refused_and_named() {
     let lens = |lens_prior| selfcal_config_t { has_lens_prior: 1, lens_prior, ..d };
     let refused = [
         (selfcal_config_t { prior_sd_rad: f32::NAN, ..d }, "prior_sd_rad"),
-        (selfcal_config_t { huber_threshold_px: f32::INFINITY, ..d }, "huber_threshold_px"),
+        (selfcal_config_t { fit_limit_px: f32::INFINITY, ..d }, "fit_limit_px"),
         (selfcal_config_t { max_passes: 1, ..d }, "max_passes is below 2"),
         (selfcal_config_t { min_correspondences: 5, ..d }, "min_correspondences is below 6"),
         (selfcal_config_t { noise_floor_px: f32::NAN, ..d }, "noise_floor_px"),

@@ -39,9 +39,9 @@ pub(crate) struct Setup {
     #[arg(long, value_enum, default_value_t = Angle::Mean)]
     angle: Angle,
 
-    /// Start of the first pairs, and with `--preset paper` of every pair. `guess`: R = I, t = (-1, 0, 0), whose yaw is not
-    /// known. Anything else is a calibration, whose yaw is kept until the mount turns: `rig`: R and t of the recording's
-    /// rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml;
+    /// Start of the first pairs, and with `--preset paper` of every pair. `guess`: R = I, t = (-1, 0, 0), whose yaw is
+    /// not known. Anything else is a calibration, whose yaw is kept until the mount turns: `rig`: R and t of the
+    /// recording's rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml;
     /// files or folder of any format that `selfcal import` reads. Only R and t are read; R and t of --lens compensate do
     /// not fit, because they belong to corrected cameras [default: rig, if it was read from a rig file; otherwise guess,
     /// because R and t of a data set are the reference].
@@ -52,7 +52,8 @@ pub(crate) struct Setup {
     #[arg(long, default_value_t = 1.0, value_name = "PX")]
     rows_limit: f32,
 
-    /// Largest expected error of disparity at which the rig may arm, px; `inf` for a rig that uses rows and no depth; robust only.
+    /// Largest expected error of disparity at which the rig may arm, px; `inf` for a rig that uses rows and no depth;
+    /// robust only.
     #[arg(long, default_value_t = 2.0, value_name = "PX")]
     depth_limit: f32,
 }

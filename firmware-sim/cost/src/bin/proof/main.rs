@@ -56,7 +56,7 @@ fn config() -> Result<Config, ConfigError> {
     show(tracking.code());
     start
         .with_prior_sd_rad(number())?
-        .with_huber_threshold_px(number())?
+        .with_fit_limit_px(number())?
         .with_max_passes(black_box(0))?
         .with_min_correspondences(black_box(0))?
         .with_noise_floor_px(number())?
