@@ -16,9 +16,10 @@ use anyhow::Result;
 use kornia_image::{Image, ImageSize};
 use kornia_imgproc::pyramid::pyrdown_u8;
 use rigs::data::{Match, Meta};
+use sim::run::report_alone;
 use stereo_selfcal::batch::row_offset;
 use stereo_selfcal::geometry::RectifyingRotations;
-use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration};
+use stereo_selfcal::{Cameras, Extrinsics, FactoryCalibration};
 
 use crate::picture::Picture;
 use alike::Alike;
@@ -80,9 +81,6 @@ const TRUSTED: (u32, f64) = (25, 0.4);
 
 /// Number of cells along either side of the image that matches are spread over.
 const CELLS: usize = 16;
-
-/// Capacity of the solver for matches of the first search.
-const ROOM: usize = 1024;
 
 /// Least number of matches with a clear sign of the disparity, and least share of negative ones, for which left and
 /// right count as exchanged.
@@ -243,9 +241,7 @@ impl Matcher {
     /// Extrinsics estimated from the matches of one pair; `None` unless enough of them fit.
     pub fn rows(&self, matches: &[Match]) -> Option<Extrinsics<f64>> {
         let factory = FactoryCalibration::new(self.cameras, self.extrinsics);
-        let mut calibrator = Box::new(Calibrator::<f64, ROOM>::new(Config::robust(), &factory));
-        // A match without a ray is skipped.
-        let report = calibrator.take_pair(matches.iter().map(Match::correspondence)).pair?;
+        let report = report_alone(&factory, matches)?;
         let (fit, share) = TRUSTED;
         let trusted = report.screened >= fit
             && f64::from(report.screened) >= share * f64::from(report.usable);

@@ -93,7 +93,7 @@ ADVICE: dict[int, str] = {
     200: "Correct R: rows orthonormal, determinant 1, left to right camera frame.",
     201: "Correct t: p_r = R p_l + t, any length above 0.",
     202: "A baseline along an optical axis cannot be rectified: correct R or t.",
-    **dict.fromkeys([*range(300, 310), *range(311, 317)], _CONFIG),
+    **dict.fromkeys([*range(300, 310), *range(311, 318)], _CONFIG),
     401: "Finish the pair first.",
     502: "The pair has too few matches: take the next pair, or match more points.",
     503: "The matches are nearly all wrong: take the next pair; if all pairs fail, check the matcher.",

@@ -4,9 +4,16 @@
 //! In a run, the robust preset solves a pair from the running estimate if there is one, so the solution depends on
 //! earlier pairs.
 
-use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, Scalar};
+use stereo_selfcal::{Calibrator, Config, Extrinsics, FactoryCalibration, PairReport, Scalar};
 
 use rigs::data::{Match, in_f64};
+
+/// Returns the report of the default calibrator on one pair, of up to 1024 matches; `None` if the pair is not solved.
+/// A match without a ray is left out.
+pub fn report_alone(factory: &FactoryCalibration<f64>, pair: &[Match]) -> Option<PairReport<f64>> {
+    let mut calibrator = Box::new(Calibrator::<f64, 1024>::new(Config::robust(), factory));
+    calibrator.take_pair(pair.iter().map(Match::correspondence)).pair
+}
 
 /// Solves pairs alone.
 #[derive(Debug)]

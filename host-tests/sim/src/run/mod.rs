@@ -21,7 +21,7 @@ mod summary;
 mod totals;
 pub mod trace;
 
-pub use alone::PairSolver;
+pub use alone::{PairSolver, report_alone};
 pub use checked::{Checked, Checks, Judged};
 pub use depth_error::{DEPTHS_M, DepthErrors, ExpectedDepth, metres, offsets};
 pub use estimate::{Estimate, Lens, doubt};

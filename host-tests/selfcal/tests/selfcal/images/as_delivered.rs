@@ -54,7 +54,8 @@ fn photographs(top: &Path, orientations: [u8; 2]) {
 
 #[test]
 fn photographs_are_turned_as_their_exif_data_say() {
-    for orientations in [[6, 6], [8, 8], [3, 3], [1, 3], [6, 8]] {
+    // Each orientation once.
+    for orientations in [[1, 3], [6, 8]] {
         let dir = tempfile::tempdir().unwrap();
         photographs(dir.path(), orientations);
         let [option, px] = focal();

@@ -1,6 +1,7 @@
 //! Scenes of the tests: a rig that turns in front of the Aloe image, as files.
 
 use std::path::Path;
+use std::sync::LazyLock;
 
 use image::{GrayImage, ImageFormat};
 use images::pictures::{Grey, turned};
@@ -19,8 +20,8 @@ pub(crate) fn chess(side: &str) -> Vec<std::path::PathBuf> {
     all.iter().map(|n| folder.join(format!("{side}{n:02}.jpg"))).collect()
 }
 
-/// The small scene: left and right, grey.
-pub(crate) fn small() -> [GrayImage; 2] {
+/// The small scene, which most tests read.
+static SMALL: LazyLock<[GrayImage; 2]> = LazyLock::new(|| {
     let folder = Dataset::shipped().join("images/aloe");
     ["left.jpg", "right.jpg"].map(|name| {
         let whole = image::open(folder.join(name)).unwrap().into_luma8();
@@ -31,6 +32,11 @@ pub(crate) fn small() -> [GrayImage; 2] {
             image::Luma([u8::try_from(nine.sum::<u32>() / 9).unwrap()])
         })
     })
+});
+
+/// The small scene: left and right, grey.
+pub(crate) fn small() -> [GrayImage; 2] {
+    SMALL.clone()
 }
 
 /// Principal point of the small scene, px.
