@@ -9,7 +9,7 @@
 
 /* Stack of the task, bytes. task_main.c measures the used part, and fails above three quarters. The rest is for the
  * context that an RTOS saves (204 bytes with the floating point unit) and for the functions of the board. */
-#define TASK_STACK_BYTES 10240
+#define TASK_STACK_BYTES 12288
 
 /* State of the task. Only the task writes it. */
 typedef struct {
