@@ -217,7 +217,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn details(&self) -> Option<Details<T>> {
         let cameras = &self.factory.cameras;
         let of_image = [cameras.mean_focal(), cameras.right.corner()];
-        // By reference: moving the proposal out of the option would take its stack space twice.
+        // The proposal is borrowed: moving it out of the option would take its stack space twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref()?;
         let limit = T::single(self.config.fit_limit_px);

@@ -255,8 +255,8 @@ pub enum Rejection {
     #[error("the weakest direction of the pair is too uncertain")]
     TooUncertain,
     /// `R` or `t` of the estimate with the pair, or in the published method of the pair alone, is further from the
-    /// factory values than the correction limit. If this error returns again and again, the factory values are wrong or the
-    /// mount has moved.
+    /// factory values than the correction limit. If this error returns again and again, the factory values are wrong or
+    /// the mount has moved.
     #[error("further from the factory extrinsics than the correction limit")]
     CorrectionLimit,
     /// The estimate with this pair has no valid optimum, or cannot be rectified.

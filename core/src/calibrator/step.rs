@@ -175,7 +175,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// * `own`: solution of the pair alone; `None` if it could not be solved.
     #[inline(never)]
     fn judge(&mut self, own: Option<&Own<T>>) {
-        // By reference: moving the proposal out of the option would take its stack space twice.
+        // The proposal is borrowed: moving it out of the option would take its stack space twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref();
         let rows_px = self.fusion.noise() * T::lit(DIFFERENCE_VARIANCE).sqrt();

@@ -127,7 +127,7 @@ impl<T: Scalar> Fusion<T> {
         if yaw.mount.is_some() && yaw.has_turned_from(yaw_of(&used, context)) {
             return Some(true);
         }
-        // As the rows show the extrinsics in use: the yaw of the lens counts against neither.
+        // The extrinsics in use are turned to what the rows show, so that the yaw of the lens counts against neither.
         let used = match yaw.mount {
             Some(mount) => turned(&used, yaw_of(hypothesis.pose(), context) - mount)?,
             None => used,

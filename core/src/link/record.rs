@@ -157,7 +157,7 @@ impl MatchRecord {
     reason = "in range, and truncation is intended"
 )]
 fn rounded(x: f32, scale: f32) -> Option<u32> {
-    // In `f64`, because in `f32` the sum may round up to the next integer.
+    // The sum is in `f64`: in `f32` it may round up to the next integer.
     let nearest = f64::from(x) * f64::from(scale) + 0.5;
     (nearest >= 0.5 && nearest < f64::from(u32::MAX)).then_some(nearest as u32)
 }

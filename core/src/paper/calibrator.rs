@@ -154,7 +154,7 @@ impl<T: Scalar, const N: usize> PaperCalibrator<T, N> {
     #[inline(never)]
     fn fuse(&mut self, report: &PairReport<T>) -> Result<Fused, Rejection> {
         gate::admit(&self.settings, &self.start, report)?;
-        // On a copy, because the mean of pairs within the limit may exceed the limit.
+        // A copy takes the pair first, because the mean of pairs within the limit may exceed the limit.
         let mut mean = self.mean.clone();
         mean.add(report);
         if let Some(estimate) = mean.estimate() {

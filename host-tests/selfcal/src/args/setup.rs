@@ -41,10 +41,10 @@ pub(crate) struct Setup {
 
     /// Start of the first pairs, and with `--preset paper` of every pair. `guess`: R = I, t = (-1, 0, 0), whose yaw is
     /// not known. Anything else is a calibration, whose yaw is kept until the mount turns: `rig`: R and t of the
-    /// recording's rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's extrinsics.yml;
-    /// files or folder of any format that `selfcal import` reads. Only R and t are read; R and t of --lens compensate do
-    /// not fit, because they belong to corrected cameras [default: rig, if it was read from a rig file; otherwise guess,
-    /// because R and t of a data set are the reference].
+    /// recording's rig; a JSON file with "R" (3 rows) and "t" (3 numbers, any length), such as a meta.json; OpenCV's
+    /// extrinsics.yml; files or folder of any format that `selfcal import` reads. Only R and t are read; R and t of
+    /// --lens compensate do not fit, because they belong to corrected cameras [default: rig, if it was read from a rig
+    /// file; otherwise guess, because R and t of a data set are the reference].
     #[arg(long, value_name = "guess|rig|FILE|DIR")]
     initial: Option<PathBuf>,
 

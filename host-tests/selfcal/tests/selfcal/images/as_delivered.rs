@@ -5,6 +5,7 @@ use std::io::Cursor;
 use std::path::Path;
 
 use image::{DynamicImage, GrayImage, ImageFormat, imageops};
+use test_support::runs;
 
 use crate::call::check;
 use crate::images::scene::{
@@ -54,8 +55,9 @@ fn photographs(top: &Path, orientations: [u8; 2]) {
 
 #[test]
 fn photographs_are_turned_as_their_exif_data_say() {
-    // Each orientation once.
-    for orientations in [[1, 3], [6, 8]] {
+    // Each orientation once; in a campaign also those of two equal cameras.
+    let all = [[1, 3], [6, 8], [3, 3], [6, 6], [8, 8]];
+    for &orientations in &all[..runs(2, all.len())] {
         let dir = tempfile::tempdir().unwrap();
         photographs(dir.path(), orientations);
         let [option, px] = focal();
