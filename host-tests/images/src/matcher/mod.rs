@@ -123,18 +123,30 @@ pub struct Matcher {
     alike: Option<Box<(Alike, Matcher)>>,
 }
 
-/// Pictures of a pair for the refinement of matches.
-struct Work {
-    refiner: Refiner,
-    /// Smoothed levels of the left and the right picture.
-    smooth: [Halved; 2],
+/// An image, prepared for the first search.
+pub struct View {
+    levels: Halved,
+    /// The levels, smoothed for the refinement of matches.
+    smooth: Halved,
+    /// The level of the first search.
+    small: usize,
+    /// Corners of this level.
+    corners: Keypoints,
 }
 
-impl Work {
-    fn new(halved: [&Halved; 2]) -> Result<Self> {
-        let smooth = |levels: &Halved| levels.iter().map(smoothed).collect::<Result<Halved>>();
-        let [left, right] = halved;
-        Ok(Self { refiner: Refiner::new(), smooth: [smooth(left)?, smooth(right)?] })
+impl View {
+    fn new(picture: &Picture) -> Result<Self> {
+        let levels = halved(picture)?;
+        let smooth = levels.iter().map(smoothed).collect::<Result<Halved>>()?;
+        let small = small(&levels);
+        let [count, octaves] = COARSE;
+        let corners = Keypoints::of(&levels[small], count, octaves, f64::from(1_u32 << small))?;
+        Ok(Self { levels, smooth, small, corners })
+    }
+
+    /// Size of a pixel of the first search, px.
+    pub fn pixel(&self) -> f64 {
+        f64::from(1_u32 << self.small)
     }
 }
 
@@ -169,19 +181,9 @@ impl Matcher {
             matched.matches.iter_mut().for_each(|m| *m = alike.back(m));
             return Ok(matched);
         }
-        let halved = [halved(left)?, halved(right)?];
-        let halved = halved.each_ref();
-        let work = Work::new(halved)?;
-        let small = small(halved[0]);
-        let config = MatcherConfig { ratio: self.config.ratio.min(0.8), ..self.config };
-        let [count, levels] = COARSE;
-        let scale = f64::from(1_u32 << small);
-        let corners = |side: usize| Keypoints::of(&halved[side][small], count, levels, scale);
-        let corners = [corners(0)?, corners(1)?];
-        let band = Band { rad: self.config.prior_deg.to_radians(), px: 2.0 };
-        let first = Search::new(self.cameras, &self.extrinsics, band, &config)
-            .tentative(&corners[0], &corners[1]);
-        let coarse = self.refined(&work, &corners, &first.matches, small);
+        let views = [View::new(left)?, View::new(right)?];
+        let views = views.each_ref();
+        let (coarse, signs) = self.searched_first(views);
         let rows = self.rows(&coarse);
         let (extrinsics, band) = match rows {
             Some(extrinsics) => {
@@ -189,22 +191,53 @@ impl Matcher {
                 let (share, least) = NARROW;
                 (extrinsics, Band { rad: 0.0, px: (f64::from(width) * share).max(least) })
             }
-            None => (self.extrinsics, band),
+            None => (self.extrinsics, self.wide()),
         };
         let corners =
-            |side: usize| Keypoints::of(&halved[side][0], self.config.keypoints, FINE_LEVELS, 1.0);
-        let corners = [corners(0)?, corners(1)?];
-        let found = Search::new(self.cameras, &extrinsics, band, &self.config)
-            .tentative(&corners[0], &corners[1]);
-        let chosen = self.chosen(&corners[0], found.matches);
-        let matches = self.refined(&work, &corners, &chosen, 0);
+            |view: &View| Keypoints::of(&view.levels[0], self.config.keypoints, FINE_LEVELS, 1.0);
+        let corners = [corners(views[0])?, corners(views[1])?];
+        let corners = corners.each_ref();
+        let found = Search::new(self.cameras, &extrinsics, band, &self.config).tentative(corners);
+        let chosen = self.chosen(corners[0], found.matches);
+        let matches = self.refined(views, corners, &chosen, 0);
         Ok(Matched {
             matches: spread(matches),
-            corners: corners.each_ref().map(Keypoints::len),
+            corners: corners.map(Keypoints::len),
             first: coarse.len(),
-            signs: first.signs,
+            signs,
             narrowed: rows.is_some(),
         })
+    }
+
+    /// Both images of a pair, prepared for [`Matcher::first`].
+    ///
+    /// # Errors
+    /// If an image is too small to hold a corner's window.
+    pub fn views(&self, left: &Picture, right: &Picture) -> Result<[View; 2]> {
+        let Some(inner) = &self.alike else { return Ok([View::new(left)?, View::new(right)?]) };
+        let [left, right] = inner.0.pictures([left, right])?;
+        inner.1.views(&left, &right)
+    }
+
+    /// Refined matches of the first search alone: fewer and less accurate than those of [`Matcher::matches`].
+    pub fn first(&self, views: [&View; 2]) -> Vec<Match> {
+        let Some(inner) = &self.alike else { return self.searched_first(views).0 };
+        let (alike, matcher) = inner.as_ref();
+        matcher.first(views).iter().map(|m| alike.back(m)).collect()
+    }
+
+    /// Refined matches of the first search, and the signs of the disparities that it found.
+    fn searched_first(&self, views: [&View; 2]) -> (Vec<Match>, [usize; 2]) {
+        let config = MatcherConfig { ratio: self.config.ratio.min(0.8), ..self.config };
+        let corners = views.map(|view| &view.corners);
+        let found =
+            Search::new(self.cameras, &self.extrinsics, self.wide(), &config).tentative(corners);
+        (self.refined(views, corners, &found.matches, views[0].small), found.signs)
+    }
+
+    /// Band of the first search.
+    fn wide(&self) -> Band {
+        Band { rad: self.config.prior_deg.to_radians(), px: 2.0 }
     }
 
     /// Number of matches within `px` of their rows under these extrinsics.
@@ -250,18 +283,22 @@ impl Matcher {
 
     fn refined(
         &self,
-        work: &Work,
-        corners: &[Keypoints; 2],
+        views: [&View; 2],
+        corners: [&Keypoints; 2],
         tentative: &[Tentative],
         finest: usize,
     ) -> Vec<Match> {
-        tentative.iter().filter_map(|one| self.refined_one(work, corners, one, finest)).collect()
+        let refiner = Refiner::new();
+        let smooth = views.map(|view| &view.smooth);
+        let refined = |one| self.refined_one(&refiner, smooth, corners, one, finest);
+        tentative.iter().filter_map(refined).collect()
     }
 
     fn refined_one(
         &self,
-        work: &Work,
-        [l, r]: &[Keypoints; 2],
+        refiner: &Refiner,
+        smooth: [&Halved; 2],
+        [l, r]: [&Keypoints; 2],
         tentative: &Tentative,
         finest: usize,
     ) -> Option<Match> {
@@ -271,9 +308,8 @@ impl Matcher {
         let left = l.places[tentative.left].map(|x| (x / unit).round() * unit);
         let right = r.places[tentative.right];
         let pixel = l.pixel(tentative.left).max(r.pixel(tentative.right));
-        let coarsest = (pixel.log2() as usize).clamp(finest, work.smooth[0].len() - 1);
-        let refined =
-            work.refiner.refine(work.smooth.each_ref(), left, right, [coarsest, finest])?;
+        let coarsest = (pixel.log2() as usize).clamp(finest, smooth[0].len() - 1);
+        let refined = refiner.refine(smooth, left, right, [coarsest, finest])?;
         let moved = (refined.place[0] - right[0]).hypot(refined.place[1] - right[1]);
         let sure = refined.correlation >= config.correlation
             && refined.sd.iter().all(|sd| *sd <= config.sd_px * unit)

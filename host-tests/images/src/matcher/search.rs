@@ -97,7 +97,7 @@ impl Search {
     }
 
     /// Pairs of corners each of which is the best match of the other.
-    pub(super) fn tentative(&self, left: &Keypoints, right: &Keypoints) -> Found {
+    pub(super) fn tentative(&self, [left, right]: [&Keypoints; 2]) -> Found {
         let l = self.rectified(&self.cameras.left, self.rotations.left().matrix(), left);
         let r = self.rectified(&self.cameras.right, self.rotations.right().matrix(), right);
         let to_right = self.best_of_all([&l, &r], [left, right], 1.0);
