@@ -15,12 +15,13 @@ The rectified frames differ by a common turn about the baseline, which leaves al
 
 from __future__ import annotations
 
+import os
 from typing import Any
 
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import stereo_selfcal as sc
@@ -104,6 +105,8 @@ def test_rotations_match_cv2_stereo_rectify_but_for_a_turn_about_the_baseline(
     np.testing.assert_allclose(point[:3] / point[3], [30 * 7 / f, -20 * 7 / f, 7])
 
 
+# A whole image for each example.
+@settings(max_examples=100 if "CAMPAIGN" in os.environ else 12)
 @given(angles=angles, t=baselines, lens=st.sampled_from(["pinhole", "four", "barrel"]))
 def test_maps_match_cv2_init_undistort_rectify_map(
     angles: tuple[float, float, float], t: tuple[float, float, float], lens: str

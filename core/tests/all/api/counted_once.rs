@@ -3,6 +3,7 @@
 use crate::api::presets::robust;
 use crate::api::scene::{correspondences, fill, rig, take};
 use stereo_selfcal::{Calibrator, Correspondence, Fused, Outcome, State};
+use test_support::runs;
 
 type Tested = Calibrator<f32, 256>;
 
@@ -98,7 +99,7 @@ fn copies_of_one_pair_of_another_rig_take_nothing_over() {
 
 #[test]
 fn a_parked_vehicle_forgets_nothing() {
-    let lives = [0, 10_000].map(|parked| {
+    let lives = [0, runs(1000, 10_000)].map(|parked| {
         let mut calibrator = robust();
         for seed in 0..30 {
             take(&mut calibrator, &scene(seed)).unwrap();
