@@ -163,6 +163,7 @@ pub mod store;
 mod thresholds;
 
 #[doc = include_str!("../ESTIMATOR.md")]
+#[doc = include_str!("../docs/tried.md")]
 #[doc = include_str!("../docs/thresholds.md")]
 pub mod derivation {}
 
