@@ -260,6 +260,7 @@ mod tests {
     use crate::algebra::disparity_noise::BaselineNoise;
     use crate::algebra::information::Information;
     use crate::algebra::symmetric5::Symmetric5;
+    use nalgebra::Vector5;
 
     #[test]
     fn noise_whose_mixed_element_exceeds_the_others_is_inconsistent() {
@@ -290,6 +291,20 @@ mod tests {
             let off = prior.equations.minus(&within.scaled(kept));
             let left = off.normal.information.0.0.iter().chain(&off.noise.0);
             assert!(left.chain(&off.normal.gradient).all(|x| x.abs() < 1e-6 * most), "{off:?}");
+        }
+    }
+
+    #[test]
+    fn an_estimate_has_moved_by_each_unknown_beyond_its_freedom_and_not_within() {
+        let zero = Symmetric5::of_diagonal([0.0; 5]);
+        let at = |pose| Place { pose, sd: StandardDeviations::of(&zero), yaw: 0.1, pairs: 10 };
+        for unknown in 0..5 {
+            for (share, has_moved) in [(0.9, false), (1.1, true)] {
+                let mut d = Vector5::zeros();
+                d[unknown] = share * FREEDOM_RAD;
+                let place = at(truth().stepped_by(&d).unwrap());
+                assert_eq!(place.has_moved_from(&at(truth())), has_moved, "{unknown} {share}");
+            }
         }
     }
 
