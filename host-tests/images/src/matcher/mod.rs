@@ -11,10 +11,9 @@ mod patch;
 mod refine;
 mod search;
 mod smooth;
+mod view;
 
 use anyhow::Result;
-use kornia_image::{Image, ImageSize};
-use kornia_imgproc::pyramid::pyrdown_u8;
 use rigs::data::{Match, Meta};
 use sim::run::report_alone;
 use stereo_selfcal::batch::row_offset;
@@ -26,7 +25,7 @@ use alike::Alike;
 use keypoints::Keypoints;
 use refine::{Halved, Refiner};
 use search::{Band, Search, Tentative};
-use smooth::smoothed;
+pub use view::{View, halved};
 
 /// Parameters of the matcher.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,17 +60,8 @@ impl Default for MatcherConfig {
     }
 }
 
-/// Number of corners sought in the small images, and of levels of their pyramid.
-const COARSE: [usize; 2] = [1200, 5];
-
 /// Number of levels of the pyramid of the full images.
 const FINE_LEVELS: usize = 3;
-
-/// Largest width of the small images, px.
-const SMALL: usize = 720;
-
-/// Largest number of halvings.
-const HALVINGS: usize = 3;
 
 /// Half of the narrow band, as a share of the image's width, and its least value, px.
 const NARROW: (f64, f64) = (0.005, 3.0);
@@ -121,33 +111,6 @@ pub struct Matcher {
     config: MatcherConfig,
     /// Changes that make the pictures of unlike cameras alike, and the matcher for the changed pictures.
     alike: Option<Box<(Alike, Matcher)>>,
-}
-
-/// An image, prepared for the first search.
-pub struct View {
-    levels: Halved,
-    /// The levels, smoothed for the refinement of matches.
-    smooth: Halved,
-    /// The level of the first search.
-    small: usize,
-    /// Corners of this level.
-    corners: Keypoints,
-}
-
-impl View {
-    fn new(picture: &Picture) -> Result<Self> {
-        let levels = halved(picture)?;
-        let smooth = levels.iter().map(smoothed).collect::<Result<Halved>>()?;
-        let small = small(&levels);
-        let [count, octaves] = COARSE;
-        let corners = Keypoints::of(&levels[small], count, octaves, f64::from(1_u32 << small))?;
-        Ok(Self { levels, smooth, small, corners })
-    }
-
-    /// Size of a pixel of the first search, px.
-    pub fn pixel(&self) -> f64 {
-        f64::from(1_u32 << self.small)
-    }
 }
 
 impl Matcher {
@@ -319,32 +282,6 @@ impl Matcher {
         let score = tentative.margin.min(1.0) * refined.correlation.clamp(0.0, 1.0);
         sure.then_some(Match { ul, vl, ur, vr, score, step: 0.0 })
     }
-}
-
-/// The image and its repeated halvings, at most `HALVINGS`, while the shorter side holds four windows.
-///
-/// # Errors
-/// If a level cannot be computed.
-pub fn halved(picture: &Picture) -> Result<Halved> {
-    let mut levels = vec![picture.clone()];
-    while levels.len() <= HALVINGS {
-        let image = levels[levels.len() - 1].image();
-        let size =
-            ImageSize { width: image.width().div_ceil(2), height: image.height().div_ceil(2) };
-        if size.width.min(size.height) < 4 * patch::SIDE {
-            break;
-        }
-        let mut half = Image::from_size_val(size, 0)?;
-        pyrdown_u8(image, &mut half)?;
-        levels.push(Picture::from_image(half));
-    }
-    Ok(levels)
-}
-
-/// The first level that is at most [`SMALL`] px wide, otherwise the last level.
-fn small(halved: &Halved) -> usize {
-    let fits = |picture: &Picture| usize::from(picture.size()[0]) <= SMALL;
-    halved.iter().position(fits).unwrap_or(halved.len() - 1)
 }
 
 /// Keeps only the most certain of matches whose left pixels are closer than [`APART`]; the most certain come first.
