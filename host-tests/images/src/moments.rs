@@ -1,6 +1,6 @@
 //! Detects left and right images of different moments: a left image fits an earlier or later right image better.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::ops::ControlFlow;
 
 use anyhow::Result;
@@ -19,8 +19,9 @@ const REACH: usize = 2;
 /// Least number of pairs for a result.
 pub const LEAST: usize = 3;
 
-/// Largest row offset of a match that agrees with a rig, px of the image that was searched.
-const IN_ROW_PX: f64 = 2.0;
+/// Largest row offset of a match that agrees with a rig, px of the image that was searched. At two pixels, pairs of
+/// different moments agree if the rig turned by less than two pixels between them.
+const IN_ROW_PX: f64 = 0.5;
 
 /// Ratio of agreeing matches, shifted over unshifted, above which the shifted pairs count as better.
 const CLEARLY: f64 = 1.5;
@@ -49,14 +50,11 @@ impl Shift {
         // A single pair always fits some rig, so the largest shift leaves at least two pairs.
         let reach = REACH.min(pairs.len() - 2);
         let all = over_shifts(&pairs, matcher, reach);
-        let of = |shift: isize| {
-            let at = shift.unsigned_abs() + if shift < 0 { REACH } else { 0 };
-            in_agreement(matcher, &all[at]) / all[at].len().max(1)
-        };
-        let reach = reach as isize;
-        let matches = of(0);
-        let others = (-reach..=reach).filter(|shift| *shift != 0).map(|shift| (shift, of(shift)));
-        let best = others.max_by_key(|(_, shifted)| *shifted);
+        let of =
+            |(shift, all): (isize, Vec<Rows>)| (shift, in_agreement(matcher, &all) / all.len());
+        let mut all: BTreeMap<isize, usize> = all.into_iter().map(of).collect();
+        let matches = all.remove(&0).unwrap_or(0);
+        let best = all.into_iter().max_by_key(|(_, shifted)| *shifted);
         Ok(best.and_then(|(pairs, shifted)| {
             let clearly = shifted as f64 > CLEARLY * matches as f64;
             clearly.then_some(Self { pairs, matches, shifted })
@@ -70,41 +68,40 @@ struct Rows {
     limit_px: f64,
 }
 
-/// Matches of the left image of each pair and the right image of a later or earlier pair.
-///
-/// Shifts 0 to `REACH` come first, then -1 to -`REACH`. No more images are held at a time than a shift spans.
+/// Matches of the left image of each pair and the right image of a later or earlier pair, by the delay of the right
+/// image in pairs. No more images are held at a time than the largest shift spans.
 fn over_shifts(
     pairs: &[[Frame; 2]],
     matcher: &Matcher,
     reach: usize,
-) -> [Vec<Rows>; 2 * REACH + 1] {
-    let mut all = [const { Vec::new() }; 2 * REACH + 1];
+) -> BTreeMap<isize, Vec<Rows>> {
+    let mut all = BTreeMap::<isize, Vec<Rows>>::new();
+    // The newest pair comes first.
     let mut last = VecDeque::new();
     for frames in pairs {
         let pictures = frames[0].picture().and_then(|left| Ok([left, frames[1].picture()?]));
         last.push_front(pictures.and_then(|[left, right]| matcher.views(&left, &right)).ok());
         last.truncate(reach + 1);
-        let late = (0..last.len()).map(|shift| (shift, [shift, 0]));
-        let early = (1..last.len()).map(|shift| (REACH + shift, [0, shift]));
-        let of = |(at, [left, right]): (usize, [usize; 2])| {
-            (at, rows(matcher, last[left].as_ref(), last[right].as_ref()))
-        };
+        let late = (0..last.len()).map(|age| (age as isize, [age, 0]));
+        let early = (1..last.len()).map(|age| (-(age as isize), [0, age]));
         let both: Vec<_> = late.chain(early).collect();
+        let of = |(shift, ages): (isize, [usize; 2])| {
+            (shift, rows(matcher, ages.map(|age| last[age].as_ref())))
+        };
         let found: Vec<_> = both.into_par_iter().map(of).collect();
-        for (at, rows) in found {
-            all[at].push(rows);
+        for (shift, rows) in found {
+            all.entry(shift).or_default().push(rows);
         }
     }
     all
 }
 
-fn rows(matcher: &Matcher, left: Option<&[View; 2]>, right: Option<&[View; 2]>) -> Rows {
-    match (left, right) {
-        (Some([left, _]), Some([_, right])) => {
-            Rows { matches: matcher.first([left, right]), limit_px: IN_ROW_PX * left.pixel() }
-        }
-        _ => Rows { matches: Vec::new(), limit_px: 0.0 },
-    }
+/// Matches of a left and a right image; none if an image cannot be read.
+fn rows(matcher: &Matcher, [left, right]: [Option<&[View; 2]>; 2]) -> Rows {
+    let (Some([left, _]), Some([_, right])) = (left, right) else {
+        return Rows { matches: Vec::new(), limit_px: 0.0 };
+    };
+    Rows { matches: matcher.first([left, right]), limit_px: IN_ROW_PX * left.pixel() }
 }
 
 /// Number of matches of the first pairs that agree on a rig, under each of two sets of cameras.
@@ -113,7 +110,9 @@ fn rows(matcher: &Matcher, left: Option<&[View; 2]>, right: Option<&[View; 2]>) 
 /// If the source cannot be read.
 pub fn fits(source: &Source, matchers: [&Matcher; 2]) -> Result<[usize; 2]> {
     let pairs = first_pairs(source, LEAST)?;
-    let of = |matcher: &Matcher| in_agreement(matcher, &over_shifts(&pairs, matcher, 0)[0]);
+    let of = |matcher: &Matcher| -> usize {
+        over_shifts(&pairs, matcher, 0).values().map(|all| in_agreement(matcher, all)).sum()
+    };
     Ok(matchers.map(of))
 }
 

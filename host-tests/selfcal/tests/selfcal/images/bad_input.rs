@@ -12,7 +12,7 @@ use sim::wire::FrameReader;
 use test_support::Ended;
 
 use crate::call::{self, run};
-use crate::images::scene::{FOCAL, SIZE, chess, folders, moving, save, small};
+use crate::images::scene::{FOCAL, SIZE, chess, folders, moving, save, small, turning};
 
 /// `check` with the focal length of the small scene.
 fn check(top: &Path) -> (Value, String, i32) {
@@ -47,17 +47,33 @@ fn pairs_exchanged_here_and_there_are_skipped_and_counted() {
     assert!(err.contains("002.pgm and 002.pgm: left and right are exchanged"), "{err}");
 }
 
+/// The reasons of `check` for left and right images of these moments.
+fn reasons(left: &[[GrayImage; 2]], right: &[[GrayImage; 2]]) -> (String, i32) {
+    let dir = tempfile::tempdir().unwrap();
+    folders(left.iter().zip(right).map(|([l, _], [_, r])| [l, r]), dir.path());
+    let (json, _, status) = check(dir.path());
+    (json["reasons"].to_string(), status)
+}
+
 #[test]
 fn left_and_right_of_different_moments_are_told_and_those_of_one_are_not() {
     let all = moving(7);
-    let dir = tempfile::tempdir().unwrap();
-    folders(pairs(&all[..6]), dir.path());
-    let (json, err, _) = check(dir.path());
-    assert!(!json["reasons"].to_string().contains("moments"), "{json} {err}");
-    let dir = tempfile::tempdir().unwrap();
-    folders(all.iter().zip(&all[1..]).map(|([l, _], [_, r])| [l, r]), dir.path());
-    let (json, err, status) = check(dir.path());
-    assert!(json["reasons"].to_string().contains("different moments"), "{json} {err}");
+    let (one, _) = reasons(&all[..6], &all[..6]);
+    assert!(!one.contains("moments"), "{one}");
+    for (left, right, moved) in
+        [(&all[..6], &all[1..], "moved by 1 pairs"), (&all[2..], &all[..5], "moved by -2 pairs")]
+    {
+        let (reasons, status) = reasons(left, right);
+        assert!(reasons.contains("different moments") && reasons.contains(moved), "{reasons}");
+        assert_eq!(status, 30);
+    }
+}
+
+#[test]
+fn left_and_right_of_different_moments_are_told_though_their_rows_differ_by_less_than_a_pixel() {
+    let all = turning(5, 0.02);
+    let (reasons, status) = reasons(&all[..4], &all[1..]);
+    assert!(reasons.contains("moved by 1 pairs"), "{reasons}");
     assert_eq!(status, 30);
 }
 

@@ -60,12 +60,17 @@ fn turn(image: &GrayImage, view: TurnedView, degrees: f64) -> GrayImage {
     GrayImage::from_raw(SIZE[0], SIZE[1], pixels).unwrap()
 }
 
-/// Left and right images of a rig that turns as a whole, by another angle at each moment.
+/// Left and right images of a rig that turns as a whole, by another angle at each moment, of about a degree.
 pub(crate) fn moving(moments: usize) -> Vec<[GrayImage; 2]> {
+    turning(moments, 1.0)
+}
+
+/// Left and right images of a rig that turns as a whole, by another angle at each moment.
+pub(crate) fn turning(moments: usize, degrees: f64) -> Vec<[GrayImage; 2]> {
     let [left, right] = small();
     let angles = [0.0, 0.9, -0.6, 1.4, 0.3, -1.1, 0.7, -0.2, 1.2, -0.9];
     let at = |i: usize| {
-        let turned = |image| turn(image, TurnedView::Top, angles[i % angles.len()]);
+        let turned = |image| turn(image, TurnedView::Top, degrees * angles[i % angles.len()]);
         [turned(&left), turned(&right)]
     };
     (0..moments).map(at).collect()
