@@ -174,8 +174,13 @@ pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;
 
 /// Standard deviation of the yaw of the rows from scene to scene (0.034 degrees): other depths and regions weigh the
 /// same lens differently. It exceeds the scatter of single pairs, 0.02 to 0.03 degrees, because neighbours are alike. A
-/// larger value takes small knocks in yaw for scatter; a smaller one takes scatter for knocks.
+/// rig with a larger scatter learns it. A larger value takes small knocks in yaw for scatter; a smaller one takes scatter
+/// for knocks.
 pub(crate) const SCENE_YAW_RAD: f64 = 6e-4;
+
+/// Scatter of the yaw that a rig learns: number of pairs as which [`SCENE_YAW_RAD`] counts before the first one, and
+/// number of pairs in the running mean. Larger numbers learn another scatter later; smaller ones take chance for it.
+pub(crate) const SCATTER_PAIRS: [f64; 2] = [2.0, 32.0];
 
 /// Standard deviations of the turn of a mount about y from pair to pair, one for each decade: at rest, where it follows
 /// the temperature; while it warms up; while it yields; at a knock. Larger values follow the scatter of the scenes;

@@ -5,7 +5,8 @@
 //! calibration or from the first witness. Before there is either, the rows give the yaw of the mount.
 
 use super::bank::Bank;
-use super::yaw::{Measured, YawEstimate};
+use super::scatter::Scatter;
+use super::yaw::{Measured, RowsYaw, YawEstimate};
 use crate::config::Context;
 use crate::scalar::Scalar;
 use crate::thresholds::{SCENE_YAW_RAD, SIGNIFICANT, TURNED_DOUBT, WITNESS_RAD, WITNESS_SUPPORT};
@@ -19,6 +20,8 @@ pub(crate) struct MountYaw<T> {
     claimed: T,
     /// Estimate after the pairs so far; `None` before the first one, and while nothing but rows has measured the mount.
     bank: Option<Bank<T>>,
+    /// Scatter of the pairs that the bank has added.
+    scatter: Scatter<T>,
     /// Number of witness measurements that agree with the estimate, at most [`WITNESS_SUPPORT`]. After a restart it is
     /// [`WITNESS_SUPPORT`] if a witness was ever taken since the last reset, and 0 otherwise.
     support: u8,
@@ -58,13 +61,6 @@ pub enum Witnessed {
     Waiting,
 }
 
-/// Yaw that the rows show, relative to the factory extrinsics, rad, and its variance, rad^2.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct RowsYaw<T> {
-    pub(crate) turn: T,
-    pub(crate) variance: T,
-}
-
 /// Yaws of mount and lens as they are reported.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ReportedYaw<T> {
@@ -94,7 +90,14 @@ impl<T: Scalar> MountYaw<T> {
     ///
     /// * `calibrated`: whether a calibration measured the factory extrinsics.
     pub(crate) const fn new(calibrated: bool) -> Self {
-        Self { calibrated, claimed: T::ONE, bank: None, support: 0, waiting: None }
+        Self {
+            calibrated,
+            claimed: T::ONE,
+            bank: None,
+            scatter: Scatter::new(),
+            support: 0,
+            waiting: None,
+        }
     }
 
     /// Forgets the measurements of pairs and witnesses.
@@ -108,10 +111,10 @@ impl<T: Scalar> MountYaw<T> {
     #[inline(never)]
     pub(crate) fn add(&mut self, pair: &RowsYaw<T>, context: &Context<'_, T>) {
         let (_, var_lens) = context.yaw_variances();
-        let RowsYaw { turn, variance } = *pair;
         // The scatter of the pairs contains that of the scenes.
-        let scene = pair.of_scene(context).variance;
-        let variance = scene.max(variance + context.vibration.rotation);
+        let least = scene_variance(context);
+        let scatter = self.scatter.variance(least).max(context.vibration.rotation);
+        let (turn, variance) = (pair.turn, pair.variance + scatter);
         if !(turn.is_finite() && variance > T::ZERO && variance.is_finite()) {
             return;
         }
@@ -123,6 +126,7 @@ impl<T: Scalar> MountYaw<T> {
             (None, Some(made)) => Bank::at_rest(made.with(Measured::Rows, turn, variance)),
             (None, None) => return,
         };
+        self.scatter.add(pair, least);
         // No lens has such a yaw: the mount has turned since its yaw was measured.
         let is_refuted = is_apart(bank.estimate().lens(), var_lens);
         self.bank = (!is_refuted).then_some(bank);
@@ -141,7 +145,7 @@ impl<T: Scalar> MountYaw<T> {
     /// Keeps the yaw of the mount for rays that are corrected for another lens: its apparent yaw is unknown.
     pub(crate) fn change_lens(&mut self, context: &Context<'_, T>) {
         let (_, var_lens) = context.yaw_variances();
-        self.waiting = None;
+        (self.waiting, self.scatter) = (None, Scatter::new());
         let Some(bank) = &mut self.bank else { return };
         let known = bank.estimate();
         // The next pair shows the new lens, and no turn of the mount.
@@ -260,12 +264,16 @@ impl<T: Scalar> MountYaw<T> {
 }
 
 impl<T: Scalar> RowsYaw<T> {
-    /// Returns the rows with the scatter from scene to scene added to their variance, unless the lens is exact.
+    /// Returns the rows with the scatter from scene to scene added to their variance.
     fn of_scene(self, context: &Context<'_, T>) -> Self {
-        let (_, lens) = context.yaw_variances();
-        let scene = if lens > T::ZERO { T::lit(SCENE_YAW_RAD * SCENE_YAW_RAD) } else { T::ZERO };
-        Self { variance: self.variance + scene, ..self }
+        Self { variance: self.variance + scene_variance(context), ..self }
     }
+}
+
+/// Returns the variance of the yaw of the rows from scene to scene, rad^2; 0 if the lens is exact.
+fn scene_variance<T: Scalar>(context: &Context<'_, T>) -> T {
+    let (_, lens) = context.yaw_variances();
+    if lens > T::ZERO { T::lit(SCENE_YAW_RAD * SCENE_YAW_RAD) } else { T::ZERO }
 }
 
 /// Returns whether a difference exceeds [`SIGNIFICANT`] standard deviations. The comparison is negated, so that a

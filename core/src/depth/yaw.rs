@@ -8,6 +8,13 @@ use crate::scalar::Scalar;
 /// Largest variance of a yaw in a record, rad^2. A turn is at most pi.
 pub(crate) const MAX_YAW_VARIANCE: f32 = 10.0;
 
+/// Yaw that the rows show, relative to the factory extrinsics, rad, and its variance, rad^2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RowsYaw<T> {
+    pub(crate) turn: T,
+    pub(crate) variance: T,
+}
+
 /// Yaw of the rows relative to the factory extrinsics, apparent yaw of the lens, rad, and their covariance, rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct YawEstimate<T> {

@@ -2,7 +2,7 @@
 
 use super::key_frame::Moved;
 use crate::config::Context;
-use crate::depth::mount::RowsYaw;
+use crate::depth::yaw::RowsYaw;
 use crate::outcome::pair_report::PairReport;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
 use crate::scalar::Scalar;

@@ -17,7 +17,7 @@ use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
-use crate::depth::mount::RowsYaw;
+use crate::depth::yaw::RowsYaw;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;

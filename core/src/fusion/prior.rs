@@ -282,7 +282,7 @@ mod tests {
         information.0[1] = 0.1;
         let normal = NormalEquations {
             information: Information(information.scaled(most)),
-            gradient: nalgebra::Vector5::repeat(0.01 * most),
+            gradient: Vector5::repeat(0.01 * most),
         };
         let within = BiasedEquations { normal, noise: BaselineNoise([0.04, 0.01, 0.02]) };
         for (factor, kept) in [(1.9, 1.9), (10.0, 2.0)] {

@@ -1,6 +1,8 @@
 use super::*;
 use crate::config::Config;
 use crate::geometry::extrinsics::Extrinsics;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 
 const LENS: f64 = 0.005;
 const KNOCK: f64 = 0.0175;
@@ -117,4 +119,29 @@ fn a_pair_that_shows_no_yaw_changes_nothing() {
         let [then, now] = [before, mount].map(|of| of.reported(&rows(LENS), context));
         assert!((now.mount.unwrap() - then.mount.unwrap()).abs() < 1e-5, "{now:?}");
     });
+}
+
+#[test]
+fn a_lens_that_moves_the_yaw_from_scene_to_scene_hardly_moves_the_mount() {
+    let (runs, pairs) = (10_u32, 500_u32);
+    let [mut turned, mut squares] = [0.0_f64; 2];
+    for seed in 0..runs {
+        let mut rng = ChaCha8Rng::seed_from_u64(u64::from(seed));
+        after(0, |mut mount, context| {
+            let mut in_use = 0.0;
+            for _ in 0..pairs {
+                // A nearly normal number of variance 1.
+                let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+                mount.add(&rows(LENS + 2e-3 * normal), context);
+                let now = mount.reported(&rows(LENS), context);
+                squares += now.mount.unwrap().powi(2);
+                if now.has_turned_from(in_use) {
+                    (in_use, turned) = (now.mount.unwrap(), turned + 1.0);
+                }
+            }
+        });
+    }
+    let all = f64::from(runs * pairs);
+    let [turned, rms] = [turned / all, (squares / all).sqrt()];
+    assert!(turned < 0.15 && rms < 1.7e-3, "{turned} {rms}");
 }

@@ -20,10 +20,6 @@ fn check(top: &Path) -> (Value, String, i32) {
     (json, said.err, said.status)
 }
 
-fn pairs(all: &[[GrayImage; 2]]) -> impl Iterator<Item = [&GrayImage; 2]> {
-    all.iter().map(|[l, r]| [l, r])
-}
-
 #[test]
 fn left_and_right_exchanged_is_an_error_that_says_so() {
     let dir = tempfile::tempdir().unwrap();
