@@ -62,6 +62,11 @@ mod tests {
 
     /// Scatter after 300 pairs, rad, root mean square over 40 runs.
     fn learnt(scatter: f64, turn: impl Fn(u32) -> f64) -> f64 {
+        learnt_with(scatter, |_| NOISE, turn)
+    }
+
+    /// The same, with the noise that each pair states, rad.
+    fn learnt_with(scatter: f64, stated: impl Fn(u32) -> f64, turn: impl Fn(u32) -> f64) -> f64 {
         let mut rng = ChaCha8Rng::seed_from_u64(7);
         // A nearly normal number of mean 0 and variance 1.
         let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
@@ -69,7 +74,7 @@ mod tests {
             let mut found = Scatter::<f32>::new();
             for pair in 0..300 {
                 let yaw = turn(pair) + scatter * normal() + NOISE * normal();
-                let variance = f32::lit(NOISE * NOISE);
+                let variance = f32::lit(stated(pair) * stated(pair));
                 found.add(&RowsYaw { turn: f32::lit(yaw), variance }, LEAST);
             }
             f64::from(found.variance(LEAST))
@@ -99,5 +104,12 @@ mod tests {
         let knocked = |pair| if pair < 290 { 0.0 } else { 0.05 };
         let found = learnt(1e-3, knocked) / 1e-3;
         assert!(found > 1.0 && found < 1.3, "{found}");
+    }
+
+    #[test]
+    fn pairs_that_state_too_much_noise_hardly_count() {
+        let stated = |pair| if pair % 8 < 4 { 4e-3 } else { NOISE };
+        let found = learnt_with(2e-3, stated, |_| 0.0) / 2e-3;
+        assert!((found - 1.0).abs() < 0.25, "{found}");
     }
 }
