@@ -61,7 +61,7 @@ const DRIFT: f64 = 1e-5;
 
 const KNOCKED: &str = "runs, wrong by it, missed, alarm after, alarm after at most, recovered, recovered after, \
     recovered after at most, rows px, depth px";
-const AT_REST: &str = "pairs, false alarms, false alarms an hour, wrong and armed";
+const AT_REST: &str = "pairs, false alarms, false alarms an hour, wrong and armed, applied";
 
 pub(super) fn campaigns() -> Vec<Campaign> {
     let campaign = |name, columns, trials, rows| Campaign {
@@ -215,10 +215,9 @@ impl Recording {
             let _ = calibrator.take_pair(pair.iter().map(|seen| seen.given.correspondence()));
             let in_use = in_f64(&calibrator.in_use().extrinsics);
             let off = self.off_px(&pair, &in_use, &change.of(&self.rig)?);
-            judged.push(Judged { armed: calibrator.verdict().may_arm, off });
-            if calibrator.verdict().should_apply {
-                let _ = calibrator.apply();
-            }
+            let armed = calibrator.verdict().may_arm;
+            let applied = calibrator.verdict().should_apply && calibrator.apply().is_ok();
+            judged.push(Judged { armed, off, applied });
         }
         Ok(judged)
     }
@@ -261,6 +260,8 @@ struct Judged {
     armed: bool,
     /// Errors of rows and disparities, px.
     off: [f64; 2],
+    /// Whether the estimate was applied after the pair.
+    applied: bool,
 }
 
 impl Judged {
@@ -384,6 +385,7 @@ fn at_rest(runs: &[Vec<Judged>]) -> Vec<Figure> {
     let begins = |two: &&[Judged]| two[0].armed && !two[1].armed && two[1].is_right();
     let alarms = settled().map(|run| run.windows(2).filter(begins).count()).sum();
     let wrong = settled().flatten().filter(|judged| judged.armed && !judged.is_right()).count();
+    let applied = settled().flat_map(|run| &run[1..]).filter(|judged| judged.applied).count();
     let an_hour = count(alarms) * HOUR / count(pairs);
     let chance = Chance::mean_count(an_hour * count(pairs) / HOUR, 1);
     vec![
@@ -391,5 +393,6 @@ fn at_rest(runs: &[Vec<Judged>]) -> Vec<Figure> {
         counted("false alarms", alarms),
         Figure { name: "false alarms an hour", value: an_hour, chance },
         counted("wrong and armed", wrong),
+        counted("applied", applied),
     ]
 }
