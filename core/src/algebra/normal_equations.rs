@@ -132,7 +132,7 @@ impl<T: Scalar> NormalEquations<T> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     extern crate std;
 
     use super::*;
@@ -140,7 +140,7 @@ mod tests {
     use rand_chacha::ChaCha8Rng;
 
     /// Draws a nearly normal number of mean 0 and variance 1: the sum of twelve uniform numbers minus 6 (Irwin-Hall).
-    fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    pub(crate) fn normal(rng: &mut ChaCha8Rng) -> f64 {
         (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
     }
 

@@ -113,6 +113,7 @@ fn solution<T: Scalar>(rows: &mut [[T; COLUMNS]; UNKNOWNS]) -> Option<Solution<T
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algebra::normal_equations::tests::normal;
     use crate::geometry::lens_correction::LensCorrection;
     use crate::geometry::rectification::RectifyingRotations;
     use crate::geometry::so3;
@@ -134,8 +135,7 @@ mod tests {
         while found.len() < 150 {
             let [x, y] = [rng.random_range(-0.6..0.6), rng.random_range(-0.4..0.4)];
             let one = Vector3::new(x, y, 1.0) * near * 10_f64.powf(rng.random());
-            // The sum of 12 random numbers is nearly normal, with variance 1.
-            let mut noise = || NOISE * ((0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0);
+            let mut noise = || NOISE * normal(&mut rng);
             let mut seen = |p: Vector3<f64>| {
                 let (left, right) = (mount.inverse() * p, p - Vector3::x());
                 let [left, right] =

@@ -1,6 +1,6 @@
 //! Scatter of the yaw of the rows from pair to pair, learnt from the pairs (`ESTIMATOR.md`, section 20).
 //!
-//! A lens that its model does not describe moves the yaw from scene to scene, on one rig ten times as far as on another.
+//! A lens that its model does not describe moves the yaw from scene to scene, on one recorded rig four times as far as on others.
 //! Half the squared difference of neighbours has the variance of scatter and noise as its mean, and a mount that drifts
 //! hardly adds to it: the mean square successive difference of von Neumann, Kent, Bellinson and Hart (1941). A knock is
 //! one large difference, so each counts up to [`SIGNIFICANT`] deviations.
@@ -54,7 +54,8 @@ impl<T: Scalar> Scatter<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rand::{RngExt, SeedableRng};
+    use crate::algebra::normal_equations::tests::normal;
+    use rand::SeedableRng;
     use rand_chacha::ChaCha8Rng;
 
     const NOISE: f64 = 3e-4;
@@ -68,8 +69,7 @@ mod tests {
     /// The same, with the noise that each pair states, rad.
     fn learnt_with(scatter: f64, stated: impl Fn(u32) -> f64, turn: impl Fn(u32) -> f64) -> f64 {
         let mut rng = ChaCha8Rng::seed_from_u64(7);
-        // A nearly normal number of mean 0 and variance 1.
-        let mut normal = || (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
+        let mut normal = || normal(&mut rng);
         let mut run = || {
             let mut found = Scatter::<f32>::new();
             for pair in 0..300 {

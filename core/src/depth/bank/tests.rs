@@ -1,7 +1,8 @@
 //! Tests of the bank of filters.
 
 use super::*;
-use rand::{RngExt, SeedableRng};
+use crate::algebra::normal_equations::tests::normal;
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 /// Deviations of the factory yaw, of the yaw of the lens, of the noise of a pair and of the filter's scatter, rad.
@@ -10,11 +11,6 @@ const LENS: f64 = 4.6e-3;
 const NOISE: f64 = 3.5e-4;
 const SCENE: f64 = 6e-4;
 const DEGREE: f64 = 0.017_453_3;
-
-/// Draws a nearly normal number of mean 0 and variance 1.
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
-}
 
 /// Errors of the mount yaw after a run, rad.
 struct Run {

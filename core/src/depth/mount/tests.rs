@@ -1,12 +1,15 @@
 use super::*;
+use crate::algebra::normal_equations::tests::normal;
 use crate::config::Config;
 use crate::geometry::extrinsics::Extrinsics;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
 const LENS: f64 = 0.005;
 const KNOCK: f64 = 0.0175;
 const NOISE: f64 = 4e-4;
+/// Scatter of a lens that its model does not describe.
+const SCATTER: f64 = 2e-3;
 
 fn rows(turn: f64) -> RowsYaw<f64> {
     RowsYaw { turn, variance: NOISE * NOISE }
@@ -130,9 +133,7 @@ fn a_lens_that_moves_the_yaw_from_scene_to_scene_hardly_moves_the_mount() {
         after(0, |mut mount, context| {
             let mut in_use = 0.0;
             for _ in 0..pairs {
-                // A nearly normal number of variance 1.
-                let normal = (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0;
-                mount.add(&rows(LENS + 2e-3 * normal), context);
+                mount.add(&rows(LENS + SCATTER * normal(&mut rng)), context);
                 let now = mount.reported(&rows(LENS), context);
                 squares += now.mount.unwrap().powi(2);
                 if now.has_turned_from(in_use) {
@@ -144,4 +145,20 @@ fn a_lens_that_moves_the_yaw_from_scene_to_scene_hardly_moves_the_mount() {
     let all = f64::from(runs * pairs);
     let [turned, rms] = [turned / all, (squares / all).sqrt()];
     assert!(turned < 0.15 && rms < 1.7e-3, "{turned} {rms}");
+}
+
+#[test]
+fn a_knock_turns_the_mount_although_the_lens_moves_the_yaw_from_scene_to_scene() {
+    for seed in 0..10 {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        after(0, |mut mount, context| {
+            for pair in 0..210 {
+                let knock = if pair < 200 { 0.0 } else { KNOCK };
+                mount.add(&rows(LENS + knock + SCATTER * normal(&mut rng)), context);
+            }
+            let yaw = mount.reported(&rows(LENS), context);
+            let off = yaw.mount.unwrap() - KNOCK;
+            assert!(off.abs() < 4e-3 && off * off < 9.0 * yaw.variance, "{seed}: {off} {yaw:?}");
+        });
+    }
 }

@@ -5,16 +5,12 @@ extern crate std;
 use super::samples::sort;
 use super::*;
 use crate::algebra::moments::Moments;
+use crate::algebra::normal_equations::tests::normal;
 use crate::config::Config;
 use crate::geometry::extrinsics::Extrinsics;
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use std::vec::Vec;
-
-/// Draws a standard normal number: the sum of twelve uniform numbers minus 6 (Irwin-Hall).
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    (0..12).map(|_| rng.random::<f64>()).sum::<f64>() - 6.0
-}
 
 /// Standard deviations of the optimum of one pair, rad.
 const PAIR_SD: [f64; 5] = [1e-4, 4e-4, 1e-4, 1e-3, 5e-4];
