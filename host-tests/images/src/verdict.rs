@@ -120,9 +120,15 @@ fn verdict(
     reasons: &mut Vec<String>,
 ) -> Result<Recommendation, Unknown> {
     if let Some(shift) = session.shift {
+        let pairs = match shift.pairs.abs() {
+            1 => "1 pair".to_owned(),
+            more => format!("{more} pairs"),
+        };
         reasons.push(format!(
-            "left and right show different moments: right images moved by {} pairs fit {} matches a pair, unmoved {}",
-            -shift.pairs, shift.shifted, shift.matches
+            "left and right show different moments: {} matches a pair fit the right image {pairs} {}, {} that of the pair",
+            shift.shifted,
+            if shift.pairs < 0 { "earlier" } else { "later" },
+            shift.matches
         ));
         return Err(Unknown::NotOneMoment);
     }

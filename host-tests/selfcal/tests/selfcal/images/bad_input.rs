@@ -57,7 +57,7 @@ fn left_and_right_of_different_moments_are_told_and_those_of_one_are_not() {
     let (one, _) = reasons(&all[..6], &all[..6]);
     assert!(!one.contains("moments"), "{one}");
     for (left, right, moved) in
-        [(&all[..6], &all[1..], "moved by 1 pairs"), (&all[2..], &all[..5], "moved by -2 pairs")]
+        [(&all[..6], &all[1..], "1 pair earlier"), (&all[2..], &all[..5], "2 pairs later")]
     {
         let (reasons, status) = reasons(left, right);
         assert!(reasons.contains("different moments") && reasons.contains(moved), "{reasons}");
@@ -69,7 +69,7 @@ fn left_and_right_of_different_moments_are_told_and_those_of_one_are_not() {
 fn left_and_right_of_different_moments_are_told_though_their_rows_differ_by_less_than_a_pixel() {
     let all = turning(5, 0.02);
     let (reasons, status) = reasons(&all[..4], &all[1..]);
-    assert!(reasons.contains("moved by 1 pairs"), "{reasons}");
+    assert!(reasons.contains("1 pair earlier"), "{reasons}");
     assert_eq!(status, 30);
 }
 

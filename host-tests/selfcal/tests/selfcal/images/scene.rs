@@ -65,7 +65,7 @@ pub(crate) fn moving(moments: usize) -> Vec<[GrayImage; 2]> {
     turning(moments, 1.0)
 }
 
-/// Left and right images of a rig that turns as a whole, by another angle at each moment.
+/// Left and right images of a rig that turns as a whole, by another angle at each moment, of about so many degrees.
 pub(crate) fn turning(moments: usize, degrees: f64) -> Vec<[GrayImage; 2]> {
     let [left, right] = small();
     let angles = [0.0, 0.9, -0.6, 1.4, 0.3, -1.1, 0.7, -0.2, 1.2, -0.9];
