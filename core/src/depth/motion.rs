@@ -1,5 +1,5 @@
-//! Witness of rigid motion: with a wrong yaw, near and far points seem to move by different motions (`ESTIMATOR.md`,
-//! section 20).
+//! Witness of rigid motion: with a wrong yaw, near and far points seem to move by different motions
+//! (`docs/witnesses.md`).
 //!
 //! A tracked match has four views, two in each pair. The two views in the first pair give a point. The motion of the
 //! rig predicts column, row and disparity of this point in the second pair. They are compared with the two views there.

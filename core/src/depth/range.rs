@@ -1,4 +1,4 @@
-//! Witness of a known distance: the disparity of a match determines the yaw of the mount (`ESTIMATOR.md`, section 20).
+//! Witness of a known distance: the disparity of a match determines the yaw of the mount (`docs/witnesses.md`).
 
 use nalgebra::Vector2;
 

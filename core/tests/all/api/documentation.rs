@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 
 const MANIFEST: &str = include_str!("../../../Cargo.toml");
 const CRATE: &str = include_str!("../../../src/lib.rs");
-const DERIVATION: &str = include_str!("../../../ESTIMATOR.md");
+const DERIVATION: &str =
+    concat!(include_str!("../../../ESTIMATOR.md"), include_str!("../../../docs/code.md"));
 const README: &str = include_str!("../../../README.md");
 
 #[test]
