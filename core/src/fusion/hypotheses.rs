@@ -14,7 +14,7 @@ use crate::outcome::pair_report::Fused;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
 use crate::scalar::Scalar;
 use crate::state::State;
-use crate::thresholds::{LOST_AFTER, MAX_FAILED, MIN_AGREED, YOUNG_SLACK};
+use crate::thresholds::{LOST_AFTER, MAX_FAILED, MIN_AGREED, MIN_REFERENCE_PAIRS, YOUNG_SLACK};
 
 /// The reported hypothesis.
 #[derive(Debug, Clone)]
@@ -332,9 +332,10 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Promotes the challenger to champion once [`MIN_AGREED`] pairs agree with it and its `R` is certain. A challenger
-    /// that agrees with the champion ends instead, and the champion takes over its noise: a track assumes the noise of
-    /// the pairs before, so a champion rejects pairs of much larger noise.
+    /// Promotes the challenger to champion once [`MIN_AGREED`] pairs agree with it and its `R` is certain; if it differs
+    /// from the champion in the lens alone, once [`MIN_REFERENCE_PAIRS`] do. A challenger that agrees with the champion
+    /// ends instead, and the champion takes over its noise: a track assumes the noise of the pairs before, so a champion
+    /// rejects pairs of much larger noise.
     #[inline(never)]
     fn promote(&mut self, reference: &mut LensReference<T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();
@@ -347,10 +348,17 @@ impl<T: Scalar> Hypotheses<T> {
         if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger)
             && !challenger.hypothesis.departs_from(&champion.hypothesis, context)
         {
-            champion.hypothesis.take_noise_of(&challenger.hypothesis);
-            self.challenger = None;
-            self.rejected = 0;
-            return Fused::KeptApart;
+            let known = reference.with_knowledge_of(&champion.hypothesis, context);
+            if !known.is_contradicted_by(&challenger.hypothesis, context) {
+                champion.hypothesis.take_noise_of(&challenger.hypothesis);
+                self.challenger = None;
+                self.rejected = 0;
+                return Fused::KeptApart;
+            }
+            // Rows of different moments look like another lens in each pair.
+            if u32::from(challenger.agreed) < MIN_REFERENCE_PAIRS {
+                return Fused::KeptApart;
+            }
         }
         if let Some(champion) = self.champion() {
             *reference = reference.with_knowledge_of(champion, context);

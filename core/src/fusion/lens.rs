@@ -24,6 +24,15 @@ use crate::thresholds::{
 
 type Square<T> = [[T; LENS_PARAMETERS]; LENS_PARAMETERS];
 
+/// How an estimate uses the knowledge of the lens from dropped sums.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Knowledge {
+    /// The estimate includes the knowledge.
+    Included,
+    /// The estimate is of the sums alone, and relative to the known lens, about which its prior is centred.
+    Origin,
+}
+
 /// Errors of the lens that a hypothesis shows, relative to the lens of its rays. The equations are solved in place:
 /// each field first holds the equations, and then the result.
 #[derive(Debug)]
@@ -53,11 +62,12 @@ impl<T: Scalar> HypothesisLens<T> {
         &mut self,
         hypothesis: &Hypothesis<T>,
         reference: &LensReference<T>,
+        knowledge: Knowledge,
         context: &Context<'_, T>,
     ) -> Option<()> {
         let Self { values: gradient, covariance: information, effects: mixed } = self;
         let biased = hypothesis.fill_lens(LensTerms { mixed, information, gradient });
-        self.solve(&biased, hypothesis, reference, context)
+        self.solve(&biased, hypothesis, (reference, knowledge), context)
     }
 
     /// Solves the normal equations of the lens in place.
@@ -69,7 +79,7 @@ impl<T: Scalar> HypothesisLens<T> {
         &mut self,
         biased: &BiasedEquations<T>,
         hypothesis: &Hypothesis<T>,
-        reference: &LensReference<T>,
+        (reference, knowledge): (&LensReference<T>, Knowledge),
         context: &Context<'_, T>,
     ) -> Option<()> {
         let Self { values, covariance, effects } = self;
@@ -81,7 +91,10 @@ impl<T: Scalar> HypothesisLens<T> {
         values.iter_mut().zip(measured).for_each(|(pull, own)| *pull *= own);
         let rows = covariance.iter_mut().zip(measured);
         rows.for_each(|(row, own)| scale_row(row, own, &measured));
-        reference.add_known(covariance, values);
+        match knowledge {
+            Knowledge::Included => reference.add_known(covariance, values),
+            Knowledge::Origin => reference.move_to_known(covariance, values),
+        }
         invert(covariance, &context.lens_prior())?;
         let pull = *values;
         values.iter_mut().zip(covariance.iter()).for_each(|(p, row)| *p = -dot(row, &pull));

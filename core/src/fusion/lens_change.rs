@@ -2,15 +2,16 @@
 //! over the pairs are dropped (`ESTIMATOR.md`, section 17).
 
 use super::hypothesis::Hypothesis;
-use super::lens::HypothesisLens;
+use super::lens::{HypothesisLens, Knowledge};
 use super::lens_reference::LensReference;
 use crate::algebra::information::StandardDeviations;
 use crate::algebra::symmetric5::Symmetric5;
-use crate::config::Context;
+use crate::config::{Context, LensTracking};
+use crate::geometry::lens_correction::LensCorrection;
 use crate::scalar::Scalar;
 use crate::thresholds::{
     COMPENSATION_GAIN, KNOWN_LENS_WIDENING, MAX_HIDDEN_LENS, MAX_REFERENCE_CHANGES,
-    MIN_REFERENCE_PAIRS,
+    MIN_REFERENCE_PAIRS, SIGNIFICANT,
 };
 
 impl<T: Scalar> LensReference<T> {
@@ -23,8 +24,50 @@ impl<T: Scalar> LensReference<T> {
         context: &Context<'_, T>,
     ) -> Self {
         let mut lens = HypothesisLens::EXACT;
-        let found = context.has_lens_prior().then(|| lens.estimate(hypothesis, self, context));
+        let found = context
+            .has_lens_prior()
+            .then(|| lens.estimate(hypothesis, self, Knowledge::Included, context));
         found.flatten().and_then(|()| self.knowing(&lens)).unwrap_or(*self)
+    }
+
+    /// Returns whether the pairs of a hypothesis contradict the knowledge of the lens from dropped sums: the lens has
+    /// changed.
+    #[inline(never)]
+    pub(super) fn is_contradicted_by(
+        &self,
+        hypothesis: &Hypothesis<T>,
+        context: &Context<'_, T>,
+    ) -> bool {
+        let mut lens = HypothesisLens::EXACT;
+        let knows = self.weights.iter().any(|weight| *weight > T::ZERO);
+        if !(knows && context.has_lens_prior())
+            || lens.estimate(hypothesis, self, Knowledge::Origin, context).is_none()
+        {
+            return false;
+        }
+        let LensCorrection { focal, k1 } = lens.difference();
+        let differences = [focal, k1].into_iter().zip(lens.variances()).zip(self.weights);
+        differences.into_iter().any(|((off, variance), weight)| {
+            let most = T::lit(SIGNIFICANT * SIGNIFICANT) * (variance + T::ONE / weight);
+            weight > T::ZERO && off * off > most
+        })
+    }
+
+    /// Forgets the knowledge of the lens from dropped sums.
+    pub(super) fn forget_known(&mut self) {
+        (self.weights, self.is_doubted) = ([T::ZERO; 2], true);
+    }
+
+    /// Returns whether the lens has changed, and a correction is not due yet. The yaw of the rows is then that of a wrong
+    /// lens.
+    pub(super) fn awaits_correction(&self, pairs: u32, context: &Context<'_, T>) -> bool {
+        let compensates = context.config.lens_tracking == LensTracking::Compensate;
+        compensates && self.is_doubted && pairs <= self.waiting()
+    }
+
+    /// Returns the number of pairs before the next change of the correction.
+    fn waiting(&self) -> u32 {
+        MIN_REFERENCE_PAIRS << self.changes.min(MAX_REFERENCE_CHANGES)
     }
 
     /// Returns the reference with its knowledge replaced by an estimate of the lens that already includes this
@@ -37,7 +80,7 @@ impl<T: Scalar> LensReference<T> {
             let wide = variance * T::lit(KNOWN_LENS_WIDENING);
             if wide > T::ZERO { T::ONE / wide } else { T::ZERO }
         });
-        let next = Self { known, weights, ..*self };
+        let next = Self { known, weights, is_doubted: false, ..*self };
         next.is_valid().then_some(next)
     }
 
@@ -52,12 +95,11 @@ impl<T: Scalar> LensReference<T> {
         hypothesis: &Hypothesis<T>,
         context: &Context<'_, T>,
     ) -> Option<Self> {
-        let waiting = MIN_REFERENCE_PAIRS << self.changes.min(MAX_REFERENCE_CHANGES);
-        if hypothesis.pairs() < waiting {
+        if hypothesis.pairs() < self.waiting() {
             return None;
         }
         let mut lens = HypothesisLens::EXACT;
-        lens.estimate(hypothesis, self, context)?;
+        lens.estimate(hypothesis, self, Knowledge::Included, context)?;
         let widened = hypothesis.reported_covariance(context)?;
         let gains = if self.compensates() {
             hides_much(&lens, &widened, context)

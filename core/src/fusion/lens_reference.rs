@@ -20,6 +20,8 @@ pub(crate) struct LensReference<T> {
     pub(super) weights: [T; 2],
     /// Number of changes of the correction so far. With 0 changes there is no correction.
     pub(super) changes: u32,
+    /// Whether pairs have contradicted the knowledge, and nothing has been learnt since.
+    pub(super) is_doubted: bool,
 }
 
 impl<T: Scalar> LensReference<T> {
@@ -29,6 +31,7 @@ impl<T: Scalar> LensReference<T> {
         known: LensCorrection::NONE,
         weights: [T::ZERO; 2],
         changes: 0,
+        is_doubted: false,
     };
 
     /// Returns the lens correction of the rays.
@@ -77,6 +80,20 @@ impl<T: Scalar> LensReference<T> {
         }
     }
 
+    /// Moves the gradient of the lens from the correction of the rays to the known lens.
+    pub(super) fn move_to_known(
+        &self,
+        information: &[[T; LENS_PARAMETERS]; LENS_PARAMETERS],
+        gradient: &mut [T; LENS_PARAMETERS],
+    ) {
+        let focal = (self.known.focal - self.correction.focal) * T::HALF;
+        let k1 = (self.known.k1 - self.correction.k1) * T::HALF;
+        for (g, row) in gradient.iter_mut().zip(information) {
+            let [scale_l, scale_r, _, _, _, _, k1_l, k1_r, _] = *row;
+            *g += (scale_r - scale_l) * focal + (k1_r - k1_l) * k1;
+        }
+    }
+
     /// Returns correction, known differences and their information, in the order of a record.
     pub(crate) fn numbers(&self) -> [T; 6] {
         let Self { correction, known, weights: [focal, k1], .. } = *self;
@@ -96,6 +113,7 @@ impl<T: Scalar> LensReference<T> {
             known: LensCorrection { focal: known_focal, k1: known_k1 },
             weights: [a, b],
             changes: changes.into(),
+            is_doubted: false,
         };
         (read.compensates() || read.correction.is_none()).then_some(read)
     }
@@ -148,6 +166,7 @@ mod tests {
             known: LensCorrection { focal: 0.51, k1: -0.98 },
             weights: [4.0, 2.0],
             changes: 1,
+            is_doubted: false,
         };
         // The cost is ((s_r - s_l) - 0.5)^2 4 / 2 + ((k1_r - k1_l) + 1)^2 2 / 2, minus its value at 0.
         let expected = 2.0 * (1.5 * 1.5 - 0.25) + (16.0 - 1.0);

@@ -255,16 +255,31 @@ impl<T: Scalar> Fusion<T> {
         }
         // Knowledge ages as the sums fade, so a standing vehicle forgets nothing.
         if fused.is_ok_and(|fused| !matches!(fused, Fused::Repeated | Fused::KeptApart)) {
-            self.reference.fade(context.fading(u32::MAX));
-            let begins = self.mount.begins(context);
-            if let (Some(champion), Some(begins)) = (self.hypotheses.champion(), begins) {
-                let yaw = if begins { champion.rows_yaw(context) } else { result.yaw(context) };
-                if let Some(yaw) = yaw {
-                    self.mount.add(&yaw, context);
-                }
-            }
+            let yaw = result.yaw(context);
+            self.update_yaw(yaw, fused == Ok(Fused::TookOver), context);
         }
         fused
+    }
+
+    /// Ages the knowledge of the lens, and adds a yaw to that of the mount. Forgets the lens if the sums contradict what
+    /// is known of it. They are compared at a takeover, and whenever their number of pairs has doubled.
+    ///
+    /// * `pair`: yaw of the pair alone.
+    #[inline(never)]
+    fn update_yaw(&mut self, pair: Option<RowsYaw<T>>, took_over: bool, context: &Context<'_, T>) {
+        let Self { hypotheses, reference, mount, .. } = self;
+        reference.fade(context.fading(u32::MAX));
+        let Some(champion) = hypotheses.champion() else { return };
+        let is_due = took_over || champion.pairs().is_power_of_two();
+        if is_due && reference.is_contradicted_by(champion, context) {
+            reference.forget_known();
+            mount.change_lens(context);
+        }
+        let Some(begins) = mount.begins(context) else { return };
+        let yaw = if begins { champion.rows_yaw(context) } else { pair };
+        if let Some(yaw) = yaw.filter(|_| !reference.awaits_correction(champion.pairs(), context)) {
+            mount.add(&yaw, context);
+        }
     }
 
     /// Ends the solved pair.

@@ -7,7 +7,7 @@
 use core::slice::from_mut;
 
 use super::Fusion;
-use super::lens::HypothesisLens;
+use super::lens::{HypothesisLens, Knowledge};
 use super::lens_reference::LensReference;
 use super::vibration::KnownVibration;
 use crate::algebra::block_variances::BlockVariances;
@@ -248,7 +248,7 @@ impl<T: Scalar> Fusion<T> {
         let estimate = self.hypotheses.champion().filter(|_| context.has_lens_prior());
         estimate.is_none_or(|champion| {
             let mut lens = HypothesisLens::EXACT;
-            lens.estimate(champion, &self.reference, context).is_some()
+            lens.estimate(champion, &self.reference, Knowledge::Included, context).is_some()
         })
     }
 }

@@ -4,7 +4,7 @@ use nalgebra::{Vector2, Vector3};
 
 use super::Fusion;
 use super::hypothesis::Hypothesis;
-use super::lens::HypothesisLens;
+use super::lens::{HypothesisLens, Knowledge};
 use crate::algebra::information::StandardDeviations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
@@ -178,7 +178,7 @@ impl<T: Scalar> Fusion<T> {
             return Some(WithLens { pose, covariance: *covariance, correction, found: None });
         }
         let mut lens = HypothesisLens::EXACT;
-        lens.estimate(hypothesis, &self.reference, context)?;
+        lens.estimate(hypothesis, &self.reference, Knowledge::Included, context)?;
         Some(self.concluded(hypothesis, &lens, covariance, context))
     }
 

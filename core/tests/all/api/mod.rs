@@ -13,6 +13,7 @@ mod history;
 mod homography;
 mod judgement;
 mod lens;
+mod lens_change;
 mod mistakes;
 mod moments;
 pub(crate) mod presets;

@@ -23,6 +23,8 @@ const LARGE: (f64, [u16; 2]) = (1400.0, [1920, 1200]);
 
 const LENSES: &str = "e_t median, e_t worst, e_t over sd 95 %, e_R over sd 95 %, armed at 50, armed, \
     runs beyond 5 sd";
+const REFOCUS: &str = "e_t median, e_t worst, e_t over sd 95 %, e_R over sd 95 %, yaw in use worst, \
+    yaw over reported worst, armed, runs beyond 5 sd";
 const OVER_FIT: &str =
     "e_t over joint fit, e_R over joint fit, e_t median, e_t worst, runs beyond 5 sd";
 const ALTITUDE: &str =
@@ -46,6 +48,7 @@ pub(super) fn campaigns() -> Vec<Campaign> {
             lens: Compensate,
             ..real("compensated", LENSES, || cases(&[lens, moving, creeping, shaken]))
         },
+        Campaign { lens: Compensate, ..real("refocus", REFOCUS, || cases(&[refocused])) },
         real("fences", OVER_FIT, || cases(&[fenced, noise])),
         Campaign { trials: 200, seeds: &[4_000_000], ..shaken_runs },
         Campaign {
@@ -177,6 +180,19 @@ fn lens() -> Result<Vec<Case>> {
         k1_both=0.02 prior";
     let case = |errors| Case::real("lens", errors, ScenarioKind::Near, 200).with_lens(errors);
     all.split(' ').map(case).collect()
+}
+
+/// Lenses that change in mid run, with and without a factory calibration.
+fn refocused() -> Result<Vec<Case>> {
+    let mut cases = Vec::new();
+    for errors in ["f_r=0.2%", "f_r=0.5%", "f_r=1%", "f_r=2%", "k1_r=0.005", "k1_r=0.02"] {
+        for (start, commissioned) in [("factory", true), ("guess", false)] {
+            let name = format!("{errors}-{start}");
+            let case = Case::real("refocus", name, ScenarioKind::Refocus, 200);
+            cases.push(case.with_lens(errors)?.changed(|one| one.commissioned = commissioned));
+        }
+    }
+    Ok(cases)
 }
 
 /// Rows off by `a x y`, with or without a factory calibration, and with or without a knock of 1 degree about each axis

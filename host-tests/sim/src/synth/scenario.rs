@@ -114,7 +114,8 @@ impl Scenario {
         }
     }
 
-    /// Number, from 0, of the first pair after the turn of a step or the knock of a flight, which are in mid run.
+    /// Number, from 0, of the first pair after the turn of a step, the knock of a flight or the change of the lenses, which
+    /// are in mid run.
     #[must_use]
     pub fn turned_from(&self) -> usize {
         self.pairs.div_ceil(2)
@@ -286,6 +287,10 @@ impl Scenario {
             | ScenarioKind::Parked
             | ScenarioKind::ParkedLandmarks
             | ScenarioKind::Creeping => base,
+            ScenarioKind::Refocus if pair < self.turned_from() => {
+                Scene { lens_errors: [LensError::NONE; 2], ..base }
+            }
+            ScenarioKind::Refocus => base,
             ScenarioKind::Step
             | ScenarioKind::Drift
             | ScenarioKind::WarmUp

@@ -72,6 +72,8 @@ pub enum ScenarioKind {
     /// Two drives with a long rest between: the vehicle stands still in the middle half of the run. The right camera
     /// turns once, before the second drive.
     Drives,
+    /// The lenses of the scene have their errors from mid run on, as after autofocus or a blow.
+    Refocus,
     /// A flight from the ground up and back, with outliers, vibration, thermal drift, and a knock in mid flight.
     Flight,
 }
@@ -100,7 +102,8 @@ impl ScenarioKind {
             | Self::Step
             | Self::Drift
             | Self::WarmUp
-            | Self::Drives => depth(3.0, 80.0),
+            | Self::Drives
+            | Self::Refocus => depth(3.0, 80.0),
         }
     }
 
