@@ -14,7 +14,9 @@
 
 mod bounded;
 pub mod data;
+mod doubts;
 pub mod formats;
 mod read;
 
+pub use doubts::doubts;
 pub use read::read_rig;

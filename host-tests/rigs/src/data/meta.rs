@@ -132,6 +132,15 @@ impl Meta {
     /// and it was made orthonormal.
     pub const ROUNDED: &str = "R_rounded_by";
 
+    /// Key in [`Meta::other`]: whether the file has four coefficients of each lens and does not name the lens model.
+    pub const UNNAMED_LENS: &str = "lens_not_named";
+
+    /// Key in [`Meta::other`]: other formats whose keys the file has, too, which were not read.
+    pub const UNREAD: &str = "also_keys_of";
+
+    /// Key in [`Meta::other`]: keys of a file of no known format whose words told what they are.
+    pub const TAKEN: &str = "keys_taken";
+
     /// Key in [`Meta::other`]: whether a calibration measured `R` and `t`, so that by default a run starts from them.
     /// Otherwise they are only the reference that a run is compared with.
     pub const CALIBRATED: &str = "calibrated";

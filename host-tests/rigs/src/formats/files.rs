@@ -11,7 +11,7 @@ use super::syntax;
 use crate::bounded;
 
 /// Endings of the rig files of a folder, in the order of preference.
-const ENDINGS: [&str; 6] = ["yaml", "yml", "json", "xml", "txt", "conf"];
+const ENDINGS: [&str; 7] = ["yaml", "yml", "json", "xml", "toml", "txt", "conf"];
 
 /// The files of a COLMAP model that describe its rig.
 const COLMAP: [&str; 3] = ["cameras.txt", "rigs.txt", "rig_config.json"];

@@ -24,6 +24,7 @@ mod luxonis;
 mod mc_calib;
 mod models;
 mod mynt;
+mod named;
 mod node;
 mod number;
 mod opencv;

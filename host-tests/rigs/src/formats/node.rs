@@ -272,6 +272,33 @@ impl<'a> Value<'a> {
         all.iter().map(|(key, _)| key.as_str()).collect()
     }
 
+    /// All values with keys, also those within others, each with its keys from the outermost to its own. A matrix with
+    /// its shape is one value.
+    pub(super) fn nested(&self) -> Vec<(Vec<&'a str>, Self)> {
+        let Node::Map(all) = self.node else { return Vec::new() };
+        if self.get(&["data"]).is_some() {
+            return Vec::new();
+        }
+        let mut found = Vec::new();
+        for (key, node) in all {
+            let value = self.child(node, key);
+            let within = value.nested();
+            found.push((vec![key.as_str()], value));
+            found.extend(
+                within.into_iter().map(|(keys, value)| {
+                    (std::iter::once(key.as_str()).chain(keys).collect(), value)
+                }),
+            );
+        }
+        found
+    }
+
+    /// Whether the value is a list of numbers.
+    pub(super) fn is_matrix(&self) -> bool {
+        let is_list = matches!(self.node, Node::List(_)) || self.get(&["data"]).is_some();
+        is_list && self.numbers().is_ok_and(|numbers| numbers.len() > 2)
+    }
+
     /// The value as text; empty if it is blank.
     pub(super) fn text(&self) -> String {
         if *self.node == Node::Null { String::new() } else { self.node.to_string() }

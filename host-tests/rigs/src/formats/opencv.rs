@@ -7,15 +7,15 @@
 
 use std::fmt::Write;
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, anyhow, bail, ensure};
 
 use super::node::Value;
 use super::number::list as numbers;
 use super::rectified::Rectified;
 use super::rig::{self, LENS_YAW, NO_SCALE, Pose, Unknowns, View};
 use super::rigid::Rigid;
-use super::{Document, Files, scale};
-use crate::data::{LensModel, Meta};
+use super::{Document, Files, named, scale};
+use crate::data::{LensModel, Meta, WrongSign};
 
 /// Keys that tell the format: those of `stereo_calib.cpp`, or a name of the left camera matrix in a file of lists.
 #[rustfmt::skip]
@@ -46,46 +46,78 @@ const R: &[&str] = &["R", "rotation", "rotation_matrix"];
 const T: &[&str] = &["T", "t", "translation", "translation_vector"];
 
 /// Keys of the width of the images, left and right: the right images may have a key of their own.
-const WIDTH: [&[&str]; 2] = [&["image_width", "width"], &["image_width_2", "image_width", "width"]];
+#[rustfmt::skip]
+const WIDTH: [&[&str]; 2] =
+    [&["image_width", "width", "ImageWidth", "imageWidth"], &["image_width_2", "image_width", "width", "ImageWidth", "imageWidth"]];
+#[rustfmt::skip]
 const HEIGHT: [&[&str]; 2] =
-    [&["image_height", "height"], &["image_height_2", "image_height", "height"]];
+    [&["image_height", "height", "ImageHeight", "imageHeight"], &["image_height_2", "image_height", "height", "ImageHeight", "imageHeight"]];
 const SIZE: &[&str] = &["image_size", "imageSize", "size", "img_size", "resolution"];
 
-fn pose(files: &Files) -> Result<Pose> {
-    if let (None, Some(right)) = (files.get(R), files.get(&["R2"])) {
-        return of_rectification(files, &right);
-    }
-    let r = rig::rotation(&files.find(R, "R (3 x 3)")?)?;
-    let t = files.find(T, "T (3 x 1)")?;
-    let rigid = Rigid { r, t: t.array::<3>("T (3 x 1)")?.into() };
-    Pose::of(&rigid, t.place())
+/// * `exchanged`: whether the first camera is the right one.
+fn pose(files: &Files, exchanged: bool) -> Result<Pose> {
+    let (rigid, place) = if let (None, Some(right)) = (files.get(R), files.get(&["R2"])) {
+        of_rectification(files, &right)?
+    } else {
+        let r = rig::rotation(&files.find(R, "R (3 x 3)")?)?;
+        let t = files.find(T, "T (3 x 1)")?;
+        (Rigid { r, t: t.array::<3>("T (3 x 1)")?.into() }, t.place().to_owned())
+    };
+    let pose = Pose::of(&if exchanged { rigid.inverse() } else { rigid }, &place);
+    pose.map_err(|why| match why.downcast_ref::<WrongSign>() {
+        Some(_) => anyhow!("{why:#} (--cameras 1,0)"),
+        None => why,
+    })
 }
 
 /// `R` and `T` of the rectification `R1 R2 P2`, if `R` is missing.
-fn of_rectification(files: &Files, right: &Value) -> Result<Pose> {
+fn of_rectification(files: &Files, right: &Value) -> Result<(Rigid, String)> {
     let r = [rig::rotation(&files.find(&["R1"], "R1 (3 x 3)")?)?, rig::rotation(right)?];
     let p = files.find(&["P2"], "P2 (3 x 4), or R and T")?;
     let [fx, _, _, x, _, fy, _, y, ..] = p.shaped::<12>(3, 4)?;
     ensure!(fx > 0.0 && fy > 0.0, p.refuse("expected fx and fy above 0"));
-    Pose::of(&rig::of_rectification([&r[0], &r[1]], [-x / fx, -y / fy]), p.place())
+    let rigid = rig::of_rectification([&r[0], &r[1]], [-x / fx, -y / fy]);
+    Ok((rigid, p.place().to_owned()))
 }
 
 /// `R` and `T` of files without cameras; `None` for other files.
 pub(super) fn pose_alone(files: &Files) -> Option<Result<Pose>> {
     let alone =
         files.get(K[0]).is_none() && files.get(&["R"]).is_some() && files.get(&["T"]).is_some();
-    alone.then(|| pose(files))
+    alone.then(|| pose(files, false))
 }
 
-/// The whole rig.
+/// The lens of both cameras; `None` if no key names it.
+pub(super) fn lens(files: &Files) -> Result<Option<LensModel>> {
+    let says_fisheye = files.get(&["fisheye_model", "fisheye", "is_fisheye"]).map(|value| {
+        let no = matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no");
+        if no { LensModel::RadialTangential } else { LensModel::Fisheye }
+    });
+    let keys = ["distortion_model", "lens_model", "camera_model", "model_type", "model", "lens"];
+    let named = files.values().filter(|file| file.get(&keys).is_some());
+    let named = named.map(|file| rig::lens_at(&file, &keys)).collect::<Result<Vec<_>>>()?;
+    let is_fisheye = named.contains(&LensModel::Fisheye);
+    Ok(if is_fisheye { Some(LensModel::Fisheye) } else { says_fisheye.or(named.first().copied()) })
+}
+
+/// The whole rig; `--cameras 1,0` exchanges left and right.
 pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
-    let is_fisheye = files
-        .get(&["fisheye_model"])
-        .is_some_and(|value| !matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no"));
-    let named = files.values().map(|file| rig::lens_at(&file, &["distortion_model"]));
-    let lenses = named.collect::<Result<Vec<_>>>()?;
-    let is_fisheye = is_fisheye || lenses.contains(&LensModel::Fisheye);
-    let lens = if is_fisheye { LensModel::Fisheye } else { LensModel::RadialTangential };
+    // The cameras may be numbered from 0.
+    let from_0: [[&[&str]; 2]; 2] = [[&["K0"], &["K1"]], [&["D0"], &["D1"]]];
+    let [k, d] = if files.get(&["K0"]).is_some() { from_0 } else { [K, D] };
+    let order = match unknowns.cameras {
+        None | Some([0, 1]) => [0, 1],
+        Some([1, 0]) => [1, 0],
+        Some([left, right]) => bail!("{files}: --cameras {left},{right}: expected 0,1 or 1,0"),
+    };
+    // Names that are not known may have words that are.
+    if files.get(k[0]).is_none()
+        && let Some(rig) = named::rig(files, unknowns, order == [1, 0])
+    {
+        return rig;
+    }
+    let named = lens(files)?;
+    let lens = named.unwrap_or(LensModel::RadialTangential);
     let size = |side: usize| -> Result<[u16; 2]> {
         let own = match (files.get(WIDTH[side]), files.get(HEIGHT[side]), files.get(SIZE)) {
             (Some(width), Some(height), _) => Some([width.count()?, height.count()?]),
@@ -94,13 +126,20 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         };
         unknowns.size(side, own, &format!("{files}: no image_width and image_height"))
     };
-    let view = |side: usize| -> Result<View> {
-        let k = rig::intrinsics(&files.find(K[side], "a camera matrix (3 x 3)")?)?;
-        let d = files.find(D[side], "lens coefficients (1 x 5)")?;
-        View::of(k, lens, Some(&d), size(side)?)
+    let mut is_unnamed = named.is_none();
+    let mut view = |side: usize| -> Result<View> {
+        let intrinsics = rig::intrinsics(&files.find(k[side], "a camera matrix (3 x 3)")?)?;
+        let given = files.find(d[side], "lens coefficients (1 x 5)")?;
+        is_unnamed &= given.numbers()?.len() == 4;
+        View::of(intrinsics, lens, Some(&given), size(side)?)
     };
-    let pose = pose(files)?.in_unit(unknowns.unit_m)?;
-    rig::meta([view(0)?, view(1)?], &pose, format!("OpenCV: {files}"))
+    let views = [view(order[0])?, view(order[1])?];
+    let pose = pose(files, order == [1, 0])?.in_unit(unknowns.unit_m)?;
+    let mut meta = rig::meta(views, &pose, format!("OpenCV: {files}"))?;
+    if is_unnamed {
+        meta.other.insert(Meta::UNNAMED_LENS.to_owned(), true.into());
+    }
+    Ok(meta)
 }
 
 /// `intrinsics.yml` and `extrinsics.yml`.

@@ -56,6 +56,10 @@ const THIRD: [&str; 5] = ["Camera1.fx", "Camera2.fx", "Stereo.T_c1_c2", "Stereo.
 /// The rig of ORB-SLAM3.
 fn third(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let file = files.one(&THIRD)?;
+    if file.get(&["LEFT.K"]).is_some() && file.get(&["Stereo.T_c1_c2", "Tlr", "Stereo.b"]).is_none()
+    {
+        return raw(&file, unknowns, format!("ORB-SLAM3: {files}"));
+    }
     let (lens, rectified) = model(&file)?;
     let first = if file.get(&["Camera1.fx"]).is_some() { "Camera1" } else { "Camera" };
     let second = if file.get(&["Camera2.fx"]).is_some() { "Camera2" } else { first };

@@ -357,3 +357,102 @@ fn four_mebibytes_of_document_marks_are_refused_at_once() {
     let why = refusal(of_one_file("rig.yaml", &"---\n".repeat(1 << 20), Unknowns::default()));
     assert!(why.contains("rig.yaml"), "{why}");
 }
+
+#[test]
+fn four_coefficients_without_a_name_are_doubted() {
+    let file = |more: &str| {
+        let lists = r#"{"image_size": [960, 600], "K1": [227, 0, 472, 0, 227, 307, 0, 0, 1], "D1": [0.01, 0.003, -0.006, 0.001],
+            "K2": [227, 0, 478, 0, 227, 307, 0, 0, 1], "D2": [0.01, 0.003, -0.006, 0.001],
+            "R": [1, 0, 0, 0, 1, 0, 0, 0, 1], "T": [-0.11, 0, 0]"#;
+        of_one_file("stereo.json", &format!("{lists}{more}}}"), Unknowns::default()).unwrap()
+    };
+    let unnamed = file("");
+    assert_eq!(unnamed.lenses(), [LensModel::RadialTangential; 2]);
+    let told = rigs::doubts(&unnamed);
+    assert!(told.len() == 1 && told[0].contains("distortion_model: equidistant"), "{told:?}");
+    for key in ["distortion_model", "lens_model", "camera_model", "model", "lens"] {
+        let named = file(&format!(r#", "{key}": "fisheye""#));
+        assert_eq!(
+            (named.lenses(), rigs::doubts(&named)),
+            ([LensModel::Fisheye; 2], vec![]),
+            "{key}"
+        );
+    }
+    for key in ["fisheye", "is_fisheye", "fisheye_model"] {
+        assert_eq!(file(&format!(r#", "{key}": true"#)).lenses(), [LensModel::Fisheye; 2], "{key}");
+        assert_eq!(file(&format!(r#", "{key}": 0"#)).lenses(), [LensModel::RadialTangential; 2]);
+    }
+    let omni = format!(
+        "{:#}",
+        of_one_file("a.json", r#"{"K1": [1], "model": "omni"}"#, size(9, 9)).unwrap_err()
+    );
+    assert!(omni.contains("calibrate with one of them"), "{omni}");
+}
+
+#[test]
+fn raw_numbers_win_over_rectified_ones_of_the_same_file_and_the_others_are_told() {
+    let mut both = named("lists in JSON");
+    both.files[0].1 = both.files[0].1.replacen('{', r#"{"Camera.fx": 400, "Camera.fy": 400, "Camera.cx": 367, "Camera.cy": 252, "Camera.width": 752, "Camera.height": 480, "Camera.bf": 48, "#, 1);
+    let meta = read(&both).unwrap();
+    assert!(
+        meta.source.starts_with("OpenCV")
+            && near(moved(&meta, [0.0, 0.0, 5.0]), [-0.12, -2.99, 4.02])
+    );
+    let told = rigs::doubts(&meta);
+    assert!(told.len() == 1 && told[0].contains("keys of ORB-SLAM3, ORB-SLAM2"), "{told:?}");
+}
+
+#[test]
+fn cameras_of_opencv_may_be_numbered_from_0_and_exchanged() {
+    let mut from_0 = named("lists in JSON");
+    for (one, other) in [("K1", "K0"), ("K2", "K1"), ("D1", "D0"), ("D2", "D1")] {
+        from_0.files[0].1 =
+            from_0.files[0].1.replace(&format!("\"{one}\""), &format!("\"{other}\""));
+    }
+    let meta = read(&from_0).unwrap();
+    assert_eq!([meta.k_l[0][0], meta.k_r[0][0]], [458.0, 459.0]);
+    let mut exchanged =
+        with("lists in JSON", "[[-0.12], [0.01], [0.02]]", "[[0.12], [0.01], [0.02]]");
+    let why = refusal(read(&exchanged));
+    assert!(why.contains("to the left") && why.ends_with("(--cameras 1,0)"), "{why}");
+    exchanged.unknowns.cameras = Some([1, 0]);
+    let meta = read(&exchanged).unwrap();
+    assert_eq!([meta.k_l[0][0], meta.k_r[0][0]], [459.0, 458.0]);
+    // The first camera is the right one: x_r = R^T (x_l - T).
+    assert!(near(moved(&meta, [0.12, 0.01, 5.02]), [0.0, 3.0, 4.0]), "{:?}", meta.t);
+    let euroc = Sample {
+        unknowns: Unknowns { cameras: Some([1, 0]), ..Unknowns::default() },
+        ..named("EuRoC")
+    };
+    let why = refusal(read(&euroc));
+    assert!(why.contains("leave --cameras out"), "{why}");
+}
+
+#[test]
+fn keys_whose_words_tell_them_are_named_and_two_candidates_refused() {
+    let meta = read(&named("named keys")).unwrap();
+    let told = rigs::doubts(&meta);
+    assert!(
+        told.len() == 1 && told[0].contains("stereo.rotation_matrix, stereo.translation_mm"),
+        "{told:?}"
+    );
+    let two = with(
+        "named keys",
+        "\"stereo\": {",
+        "\"stereo\": {\"rotation\": [1, 0, 0, 0, 1, 0, 0, 0, 1], ",
+    );
+    let why = refusal(read(&two));
+    assert!(why.contains("stereo.rotation; or stereo.rotation_matrix"), "{why}");
+    let none = refusal(read(&with("named keys", "translation_mm", "offset")));
+    assert!(none.contains("T (3 x 1): no key tells which these are"), "{none}");
+}
+
+#[test]
+fn an_error_of_unknown_keys_names_those_of_matrices_first() {
+    let text = r#"{"a": 1, "b": 2, "c": 3, "d": 4, "e": 5, "f": 6, "g": 7, "h": 8, "i": 9, "j": 10, "k": 11, "l": 12,
+        "pose": {"matrix_of_both": [1, 0, 0, 0, 1, 0, 0, 0, 1]}}"#;
+    let why = refusal(of_one_file("rig.json", text, Unknowns::default()));
+    assert!(why.contains("the keys (pose.matrix_of_both, a, b"), "{why}");
+    let why = refusal(of_one_file("rig.txt", "Left image at night\n", Unknowns::default()));
+    assert!(!why.contains("keys ()"), "{why}");
+}

@@ -39,11 +39,12 @@ pub(crate) const fn size(width: u16, height: u16) -> Unknowns {
 }
 
 #[rustfmt::skip]
-const SAMPLES: [(&str, Files, Unknowns, bool); 47] = [
+const SAMPLES: [(&str, Files, Unknowns, bool); 50] = [
     ("OpenCV", &OPENCV, size(640, 480), true),
     ("OpenCV XML", &files!("opencv-xml": "stereo.xml"), NONE, true),
     ("lists in JSON", &files!("lists-in-json": "rig.json"), NONE, true),
     ("lists in text", &files!("lists-in-text": "rig.txt"), NONE, true),
+    ("named keys", &files!("named-keys": "stereo_params.json"), NONE, true),
     ("Kalibr", &[("camchain.yaml", KALIBR)], NONE, true),
     ("OpenVINS", &files!("openvins": "kalibr_imucam_chain.yaml"), NONE, true),
     ("ROS", &ROS, NONE, false),
@@ -51,6 +52,8 @@ const SAMPLES: [(&str, Files, Unknowns, bool); 47] = [
     ("EuRoC", &files!("euroc": "cam0.yaml", "cam1.yaml"), NONE, true),
     ("ORB-SLAM3", &files!("orb-slam3": "stereo.yaml"), NONE, true),
     ("ORB-SLAM2", &files!("orb-slam2": "EuRoC.yaml"), NONE, false),
+    ("ORB-SLAM3 rectification", &files!("orb-slam3-rectification": "stereo.yaml"), NONE, false),
+    ("OV2SLAM", &files!("ov2slam": "parameters.yaml"), NONE, true),
     ("VINS-Fusion", &files!("vins-fusion": "config.yaml", "cam0.yaml", "cam1.yaml"), NONE, true),
     ("Basalt", &files!("basalt": "calibration.json"), NONE, true),
     ("MC-Calib", &files!("mc-calib": "calibrated_cameras_data.yml"), Unknowns { unit_m: 0.001, ..NONE }, true),

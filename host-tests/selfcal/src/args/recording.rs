@@ -8,7 +8,7 @@ use rigs::data::{Dataset, Meta, Turn, TurnedCamera, TurnedView};
 use rigs::read_rig;
 
 use super::parse::choice;
-use super::rig::RigArgs;
+use super::rig::{RigArgs, tell_doubts};
 use crate::stream::Streamed;
 
 /// A recorded data set, or a recorded stream of frames.
@@ -91,7 +91,11 @@ impl RecordingArgs {
         let meta = match self.rig.as_slice() {
             [] if piped => bail!("standard input has no cameras: give them with --rig"),
             [] => rig_beside(&self.set)?,
-            places => read_rig(places, self.lacks.unknowns())?,
+            places => {
+                let meta = read_rig(places, self.lacks.unknowns())?;
+                tell_doubts(&meta);
+                meta
+            }
         };
         Ok(Recording::Streamed(Streamed::open(&self.set, meta)?))
     }

@@ -1,6 +1,8 @@
 //! Values that the files of a rig may lack.
 
 use clap::Args;
+use rigs::data::Meta;
+use rigs::doubts;
 use rigs::formats::Unknowns;
 
 use super::parse::{numbers, sizes};
@@ -26,5 +28,12 @@ impl RigArgs {
     /// The values in the form of the readers.
     pub(crate) fn unknowns(&self) -> Unknowns {
         Unknowns { sizes: self.size, unit_m: self.unit.unwrap_or(1.0), cameras: self.cameras }
+    }
+}
+
+/// Tells the doubts about a rig that was read.
+pub(crate) fn tell_doubts(meta: &Meta) {
+    for doubt in doubts(meta) {
+        eprintln!("note: {doubt}");
     }
 }

@@ -10,7 +10,7 @@ use rigs::data::Meta;
 use rigs::formats;
 use rigs::read_rig;
 
-use crate::args::rig::RigArgs;
+use crate::args::rig::{RigArgs, tell_doubts};
 
 /// Read the rig in the files of another tool, and write it as the meta.json of a data set,
 /// for `selfcal replay FILE --rig meta.json` or a recording of your own.
@@ -60,14 +60,7 @@ pub(crate) fn import(args: &ImportArgs) -> Result<()> {
     let baseline =
         meta.baseline_m.map_or("not known".into(), |b| format!("{b} m{}", depths(&meta, b)));
     writeln!(io::stdout(), "{out}: t = ({x:.4}, {y:.4}, {z:.4}), baseline {baseline}")?;
-    if let Some(off) = meta.other.get(Meta::ROUNDED).and_then(serde_json::Value::as_f64) {
-        eprintln!(
-            "note: R has few digits: R^T R differed from the identity by {off:.1e}, and R was made orthonormal"
-        );
-    }
-    if let Some(note) = other_axes(&meta) {
-        eprintln!("note: {note}");
-    }
+    tell_doubts(&meta);
     Ok(())
 }
 
@@ -77,27 +70,8 @@ fn depths(meta: &Meta, baseline_m: f64) -> String {
     let at_1_px = meta.k_l[0][0] * baseline_m;
     let half = f64::from(meta.width) / 2.0;
     format!(
-        ": depths from {:.2e} m (a disparity of half the width) to {at_1_px:.2e} m (1 px); if the scene has others, give another --unit",
+        ": depths from {:.2e} m (a disparity of half the width) to {at_1_px:.2e} m (1 px); if the scene has others, T is in another unit: \
+         --unit, or change the file",
         at_1_px / half
     )
-}
-
-/// A doubt about the axes, if the rig has cameras above or behind each other or turned by more than 90 degrees.
-fn other_axes(meta: &Meta) -> Option<String> {
-    let [x, y, z] = meta.t.map(f64::abs);
-    let cosine = (0..3).map(|i| meta.r[i][i]).sum::<f64>() / 2.0 - 0.5;
-    let odd = if cosine < 0.0 && meta.r[2][2] < 0.0 {
-        "the cameras look in opposite directions"
-    } else if z > x && z > y {
-        "the cameras stand behind each other"
-    } else if y > x {
-        "the cameras stand above each other"
-    } else {
-        return None;
-    };
-    Some(format!(
-        "{odd}. If they do not, the axes are others than x right, y down, z forward: OpenGL, Blender and NeRF have y up and z back, \
-         Unity y up and a left-handed frame, Unreal x forward, y right and z up, a robot's body x forward, y left and z up. Write R and \
-         t for the axes of OpenCV"
-    ))
 }
