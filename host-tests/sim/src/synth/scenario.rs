@@ -277,6 +277,9 @@ impl Scenario {
     ) -> Result<Scene> {
         let base = base.clone();
         Ok(match self.kind {
+            ScenarioKind::Refocus if pair < self.turned_from() => {
+                Scene { lens_errors: [LensError::NONE; 2], ..base }
+            }
             ScenarioKind::Near
             | ScenarioKind::Far
             | ScenarioKind::VeryFar
@@ -286,11 +289,8 @@ impl Scenario {
             | ScenarioKind::NarrowBand
             | ScenarioKind::Parked
             | ScenarioKind::ParkedLandmarks
-            | ScenarioKind::Creeping => base,
-            ScenarioKind::Refocus if pair < self.turned_from() => {
-                Scene { lens_errors: [LensError::NONE; 2], ..base }
-            }
-            ScenarioKind::Refocus => base,
+            | ScenarioKind::Creeping
+            | ScenarioKind::Refocus => base,
             ScenarioKind::Step
             | ScenarioKind::Drift
             | ScenarioKind::WarmUp
