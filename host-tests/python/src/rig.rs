@@ -1,8 +1,10 @@
 //! `Rig`: two cameras and their factory calibration.
 
 use std::collections::BTreeMap;
+use std::ffi::CString;
 use std::path::PathBuf;
 
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use pyo3::types::{PyBytes, PyType};
 use rigs::data::{LensModel, Meta, WrongSign, in_f64};
@@ -153,16 +155,19 @@ fn checked(r: &Given<'_>, t: &Given<'_>) -> PyResult<Pose> {
 
 /// Reads the rig of a file or folder, or of several files.
 #[pyfunction]
-#[pyo3(signature = (*paths, size=None, unit_m=1.0))]
+#[pyo3(signature = (*paths, size=None, unit_m=1.0, cameras=None))]
 pub(crate) fn read_rig(
+    py: Python<'_>,
     paths: Vec<PathBuf>,
     size: Option<(u16, u16)>,
     unit_m: f64,
+    cameras: Option<(u8, u8)>,
 ) -> PyResult<Rig> {
-    let read = || -> anyhow::Result<Rig> {
+    let read = || -> anyhow::Result<(Rig, Vec<String>)> {
         anyhow::ensure!(!paths.is_empty(), "no path");
         let sizes = size.map(|size| [size.into(); 2]);
-        let meta = rigs::read_rig(&paths, Unknowns { sizes, unit_m, cameras: None })?;
+        let cameras = cameras.map(<[u8; 2]>::from);
+        let meta = rigs::read_rig(&paths, Unknowns { sizes, unit_m, cameras })?;
         let [[width, height], _] = meta.sizes();
         anyhow::ensure!(
             sizes.is_none_or(|sizes| sizes == meta.sizes()),
@@ -172,13 +177,18 @@ pub(crate) fn read_rig(
         let Cameras { left, right } = meta.cameras::<f64>()?;
         let factory = meta.has_reference().then(|| meta.extrinsics()).transpose()?;
         let yaw_sd = meta.other.get(Meta::FACTORY_YAW_SD).map(Value::as_f64);
-        Ok(Rig {
+        let rig = Rig {
             left: Camera::of(&left),
             right: Camera::of(&right),
             factory: factory.as_ref().map(pose),
             baseline_m: meta.baseline_m,
             yaw_sd_rad: yaw_sd.map(|deg| deg.map_or(f64::INFINITY, f64::to_radians)),
-        })
+        };
+        Ok((rig, rigs::doubts(&meta)))
     };
-    read().map_err(of_file)
+    let (rig, doubts) = read().map_err(of_file)?;
+    for doubt in doubts {
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(doubt)?, 1)?;
+    }
+    Ok(rig)
 }

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -213,6 +215,19 @@ def test_a_pair_that_the_scene_spoils_raises_no_exception() -> None:
     # A pixel outside the image is refused and counted, as on a vehicle.
     outside = calibrator.fuse(np.r_[LEFT, LEFT[:9] + 1e4], np.r_[RIGHT, RIGHT[:9]])
     assert (outside.offered, outside.taken, outside.refused) == (209, 200, 9)
+
+
+def test_doubts_about_a_rig_file_are_warnings_and_its_cameras_may_be_exchanged(tmp_path: Path) -> None:
+    k = [[700.0, 0.0, 320.0], [0.0, 700.0, 240.0], [0.0, 0.0, 1.0]]
+    file = tmp_path / "stereo.json"
+    rig = {"K1": k, "K2": k, "D1": [0.0] * 4, "D2": [0.0] * 4, "R": np.eye(3).tolist(), "T": [0.1, 0.0, 0.0]}
+    file.write_text(json.dumps(rig))
+    with pytest.raises(ValueError, match="to the left"):
+        sc.read_rig(file, size=(640, 480))
+    with pytest.warns(UserWarning, match="add distortion_model: equidistant"):
+        assert sc.read_rig(file, size=(640, 480), cameras=(1, 0)).baseline_m == 0.1
+    with pytest.warns(UserWarning, match="another size"):
+        sc.read_rig(file, size=(1920, 1200), cameras=(1, 0))
 
 
 def test_a_rig_of_another_size_or_sign_is_named() -> None:

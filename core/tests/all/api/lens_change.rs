@@ -87,3 +87,19 @@ fn a_knock_of_the_rig_keeps_what_is_known_of_the_lens() {
     assert!((other.value - one.value).abs() < one.sd, "{one:?} {other:?}");
     assert!(other.sd < 1.5 * one.sd, "{one:?} {other:?}");
 }
+
+#[test]
+fn a_change_that_no_challenger_shows_is_learnt_from_the_sums_after_it() {
+    for focal in [0.0034, 0.0036, 0.0038] {
+        let mut calibrator = calibrated(LensTracking::Compensate);
+        drive(&mut calibrator, &truth(), [0.003, 0.0], 0..100);
+        for seed in 100..260 {
+            let fused = take(&mut calibrator, &pair_of(&truth(), focal, 0.0, seed));
+            assert_ne!(fused, Ok(Fused::TookOver), "{focal} {seed}");
+            let _ = calibrator.apply();
+        }
+        let found = calibrator.proposal().unwrap().lens.unwrap().focal;
+        // With the knowledge from before the change it is off by 1.3 to 1.4 deviations.
+        assert!((found.value - focal).abs() < found.sd, "{found:?}");
+    }
+}

@@ -909,8 +909,15 @@ def fuse_published(
         The estimate after each pair; None before the first fused pair.
     """
 
-def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> Rig:
+def read_rig(
+    *paths: _Path,
+    size: _Size | None = None,
+    unit_m: float = 1.0,
+    cameras: tuple[int, int] | None = None,
+) -> Rig:
     """Read the rig of a file or folder: meta.json, or any format that ``selfcal import`` reads.
+
+    Doubts about the rig, such as a size that the principal point contradicts, are issued as UserWarning.
 
     Parameters
     ----------
@@ -920,6 +927,8 @@ def read_rig(*paths: _Path, size: _Size | None = None, unit_m: float = 1.0) -> R
         Image width and height, px, which some formats lack. A rig of another size is refused.
     unit_m : float
         Length of OpenCV's unit of ``T``, m.
+    cameras : (int, int), optional
+        Numbers of the left and right camera in a file of several; ``(1, 0)`` exchanges them.
 
     Raises
     ------

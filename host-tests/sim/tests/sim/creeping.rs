@@ -178,8 +178,8 @@ fn errors_that_stay_with_the_points_of_a_creeping_scene_are_no_change_of_the_rig
     for (px, creeping) in MOTIONS.into_iter().zip(over_motions(0.2)) {
         let Creeping { translation: [_, t_sd], rotation: [_, r_sd], changes, .. } = creeping;
         assert!(t_sd < 2.5 && r_sd < 2.5, "{t_sd} {r_sd}");
-        // Each pair counts as new from 2.5 px on, and its errors are those of the pairs before. In 12,000 pairs of 5 px
-        // three are taken for a change.
+        // Each pair counts as new from 2.5 px on, although its points have the errors of the pairs before. Three of
+        // 12,000 pairs of 5 px are taken for a change.
         let most = if px > 2.5 { 3 } else { 0 };
         assert!(changes <= most, "{px} px a pair: {changes}");
     }
