@@ -53,9 +53,11 @@ impl<T: Scalar> LensReference<T> {
         })
     }
 
-    /// Forgets the knowledge of the lens from dropped sums.
+    /// Forgets the knowledge of the lens from dropped sums, and the corrections so far: the next one is as early as that
+    /// after the first.
     pub(super) fn forget_known(&mut self) {
         (self.weights, self.is_doubted) = ([T::ZERO; 2], true);
+        self.changes = self.changes.min(1);
     }
 
     /// Returns whether the lens has changed, and a correction is not due yet. The yaw of the rows is then that of a wrong

@@ -103,3 +103,18 @@ fn a_change_that_no_challenger_shows_is_learnt_from_the_sums_after_it() {
         assert!((found.value - focal).abs() < found.sd, "{found:?}");
     }
 }
+
+#[test]
+fn a_lens_that_has_changed_while_the_power_was_off_is_learnt_again() {
+    let mut before = calibrated(LensTracking::Compensate);
+    drive(&mut before, &truth(), [0.003, 0.0], 0..100);
+    let mut after = calibrated(LensTracking::Compensate);
+    after.restore(&before.snapshot()).unwrap();
+    drive(&mut after, &truth(), [0.013, 0.0], 100..160);
+    let proposal = after.proposal().unwrap();
+    let focal = proposal.lens.unwrap().focal;
+    assert!((focal.value - 0.013).abs() < 3.0 * focal.sd && focal.sd < 3e-4, "{focal:?}");
+    let error = Deviation::between(&proposal.extrinsics, &truth());
+    assert!(error.rotation < 3e-4 && error.translation < 2e-3, "{error:?}");
+    assert!(after.verdict().may_arm, "{}", after.verdict());
+}
