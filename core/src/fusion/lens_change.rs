@@ -40,11 +40,13 @@ impl<T: Scalar> LensReference<T> {
     ) -> bool {
         let mut lens = HypothesisLens::EXACT;
         let knows = self.weights.iter().any(|weight| *weight > T::ZERO);
-        if !(knows && context.has_lens_prior())
-            || lens.estimate(hypothesis, self, Knowledge::Origin, context).is_none()
-        {
-            return false;
-        }
+        let found = (knows && context.has_lens_prior())
+            .then(|| lens.estimate(hypothesis, self, Knowledge::Origin, context));
+        found.flatten().is_some_and(|()| self.is_far_from(&lens))
+    }
+
+    /// Returns whether an estimate of the lens relative to the known one exceeds [`SIGNIFICANT`] deviations of both.
+    pub(super) fn is_far_from(&self, lens: &HypothesisLens<T>) -> bool {
         let LensCorrection { focal, k1 } = lens.difference();
         let differences = [focal, k1].into_iter().zip(lens.variances()).zip(self.weights);
         differences.into_iter().any(|((off, variance), weight)| {

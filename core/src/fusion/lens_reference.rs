@@ -131,7 +131,9 @@ impl<T: Scalar> LensReference<T> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::hypothesis::tests::context;
     use super::*;
+    use crate::config::{Config, Context, LensTracking};
 
     const P: [f64; LENS_PARAMETERS] = [1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 2.0, 5.0, 9.0];
 
@@ -157,6 +159,42 @@ mod tests {
         for weight in [-1.0, f64::INFINITY, f64::NAN] {
             assert!(!LensReference { weights: [1.0, weight], ..given }.is_valid());
         }
+    }
+
+    #[test]
+    fn the_gradient_moves_from_the_correction_to_the_known_lens_with_the_information() {
+        let reference = LensReference::<f64> {
+            correction: LensCorrection { focal: 0.01, k1: 0.02 },
+            known: LensCorrection { focal: 0.05, k1: -0.06 },
+            ..LensReference::GIVEN
+        };
+        let units: [f64; LENS_PARAMETERS] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
+        let information = units.map(|a| units.map(|b| a * b * b));
+        let mut gradient = units;
+        reference.move_to_known(&information, &mut gradient);
+        // From the correction to the known lens the left and right parameters move by -+0.02 and +-0.04.
+        for ((moved, given), row) in gradient.iter().zip(units).zip(&information) {
+            let expected = given + 0.02 * (row[1] - row[0]) - 0.04 * (row[7] - row[6]);
+            assert!((moved - expected).abs() < 1e-12, "{moved} {expected}");
+        }
+    }
+
+    #[test]
+    fn a_correction_is_awaited_after_a_contradiction_where_lenses_are_compensated() {
+        let mut context = context::<f64>();
+        let mut reference = LensReference { weights: [1.0; 2], changes: 3, ..LensReference::GIVEN };
+        let awaits = |reference: &LensReference<f64>, context: &_| {
+            [16, 17].map(|pairs| reference.awaits_correction(pairs, context))
+        };
+        let compensates = Config::robust().with_lens_tracking(LensTracking::Compensate);
+        assert_eq!(awaits(&reference, &Context { config: &compensates, ..context }), [false; 2]);
+        reference.forget_known();
+        assert_eq!((reference.weights, reference.changes), ([0.0; 2], 1));
+        context.config = &compensates;
+        assert_eq!(awaits(&reference, &context), [true, false]);
+        let reports = Config::robust();
+        context.config = &reports;
+        assert_eq!(awaits(&reference, &context), [false; 2]);
     }
 
     #[test]

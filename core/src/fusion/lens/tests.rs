@@ -4,6 +4,7 @@ extern crate std;
 
 use super::super::hypothesis::tests::context;
 use super::super::lens_change::hides_much;
+use super::super::lens_reference::LensReference;
 use super::*;
 use nalgebra::SMatrix;
 use std::vec::Vec;
@@ -92,4 +93,20 @@ fn weights_hide_much_if_the_hidden_step_exceeds_a_tenth_of_the_deviation_of_t() 
     // The weights may hide 0.17 of a step of 0.01 rad.
     lens.values[1] = 0.01;
     assert_eq!([1e-2, 1e-1].map(|sd| hides(&lens, sd)), [true, false]);
+}
+
+#[test]
+fn a_lens_is_far_from_the_known_one_beyond_three_deviations_of_both() {
+    let known = [4.0, 1.0].map(|unit: f64| 1.0 / (unit * unit * 1e-6));
+    let is_far = |parameter: usize, value: f64, weights: [f64; 2]| {
+        let mut lens = HypothesisLens::EXACT;
+        lens.values[parameter] = value;
+        lens.covariance[parameter][parameter] = 9e-6;
+        LensReference { weights, ..LensReference::GIVEN }.is_far_from(&lens)
+    };
+    // Focal length: x^2 = 9 (9e-6 + (0.17 x)^2 + 16e-6) at 0.0174; k1: x^2 = 9 (9e-6 + (0.17 x)^2 + 1e-6) at 0.0110.
+    assert_eq!([0.0172, 0.0176].map(|x| is_far(1, x, known)), [false, true]);
+    assert_eq!([0.0109, 0.0112].map(|x| is_far(7, -x, known)), [false, true]);
+    // Without information on a difference nothing is far from it.
+    assert!(!is_far(1, 1.0, [0.0, known[1]]));
 }
