@@ -10,8 +10,8 @@ pub enum LensTracking {
     Report,
     /// Differences of the focal lengths and of `k1` are compensated if that halves the standard deviation of `t`. The
     /// estimate then begins again with corrected cameras ([`crate::Fused::LensCorrected`]), and the extrinsics belong
-    /// to these cameras ([`crate::Calibration`]). A lens that changes later, by autofocus or a blow, is corrected again;
-    /// until then the verdict permits no arming. This is for callers who rectify with [`crate::Calibration::cameras`].
+    /// to these cameras ([`crate::Calibration`]). A lens that changes later, by autofocus or a blow, is corrected again.
+    /// This is for callers who rectify with [`crate::Calibration::cameras`].
     Compensate,
 }
 
