@@ -29,21 +29,19 @@ const DERIVED: [&str; 14] = [
     "std", "error",
 ];
 
-/// The rig; `None` if no two keys name camera matrices.
-///
-/// * `exchanged`: whether the first camera is the right one.
-pub(super) fn rig(files: &Files, unknowns: Unknowns, exchanged: bool) -> Option<Result<Meta>> {
+/// The rig; `None` if no two keys name camera matrices. `--cameras 1,0` exchanges left and right.
+pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Option<Result<Meta>> {
     let values: Vec<Value> = files.values().collect();
     let all: Vec<Named> = values.iter().flat_map(named).collect();
     let matrices = pairs(&all, is_camera_matrix);
-    (!matrices.is_empty()).then(|| of_matrices(files, &all, &matrices, (unknowns, exchanged)))
+    (!matrices.is_empty()).then(|| of_matrices(files, &all, &matrices, unknowns))
 }
 
 fn of_matrices(
     files: &Files,
     all: &[Named],
     matrices: &[[&Named; 2]],
-    (unknowns, exchanged): (Unknowns, bool),
+    unknowns: Unknowns,
 ) -> Result<Meta> {
     let [k_l, k_r] = only(files, "left and right camera matrices (3 x 3)", matrices)?;
     let [d_l, d_r] = only(files, "left and right lens coefficients", &pairs(all, is_lens))?;
@@ -51,9 +49,9 @@ fn of_matrices(
     let t = only(files, "T (3 x 1)", &alone(all, &["t", "ts", "trans", "translation"], 3))?;
     let model = opencv::lens(files)?;
     let lens = model.unwrap_or(LensModel::RadialTangential);
-    let own = size(files, all)?;
+    let (own, exchanged) = (size(files, all)?, unknowns.are_exchanged(files)?);
     let view = |side: usize, k: &Named, d: &Named| -> Result<View> {
-        let size = unknowns.size(side, own, &files.to_string())?;
+        let size = unknowns.size(side ^ usize::from(exchanged), own, &files.to_string())?;
         View::of(camera_matrix(&k.value)?, lens, Some(&d.value), size)
     };
     let mut views = [view(0, k_l, d_l)?, view(1, k_r, d_r)?];

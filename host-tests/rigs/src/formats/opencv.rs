@@ -93,9 +93,15 @@ pub(super) fn lens(files: &Files) -> Result<Option<LensModel>> {
         let no = matches!(value.text().to_lowercase().as_str(), "0" | "false" | "no");
         if no { LensModel::RadialTangential } else { LensModel::Fisheye }
     });
-    let keys = ["distortion_model", "lens_model", "camera_model", "model_type", "model", "lens"];
-    let named = files.values().filter(|file| file.get(&keys).is_some());
-    let named = named.map(|file| rig::lens_at(&file, &keys)).collect::<Result<Vec<_>>>()?;
+    // The other keys may as well name a product.
+    let named = files.values().map(|file| -> Result<Option<LensModel>> {
+        if file.get(&["distortion_model"]).is_some() {
+            return rig::lens_at(&file, &["distortion_model"]).map(Some);
+        }
+        let keys = ["lens_model", "camera_model", "model_type", "model", "lens"];
+        Ok(file.get(&keys).and_then(|_| rig::lens_at(&file, &keys).ok()))
+    });
+    let named: Vec<LensModel> = named.collect::<Result<Vec<_>>>()?.into_iter().flatten().collect();
     let is_fisheye = named.contains(&LensModel::Fisheye);
     Ok(if is_fisheye { Some(LensModel::Fisheye) } else { says_fisheye.or(named.first().copied()) })
 }
@@ -105,14 +111,10 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     // The cameras may be numbered from 0.
     let from_0: [[&[&str]; 2]; 2] = [[&["K0"], &["K1"]], [&["D0"], &["D1"]]];
     let [k, d] = if files.get(&["K0"]).is_some() { from_0 } else { [K, D] };
-    let order = match unknowns.cameras {
-        None | Some([0, 1]) => [0, 1],
-        Some([1, 0]) => [1, 0],
-        Some([left, right]) => bail!("{files}: --cameras {left},{right}: expected 0,1 or 1,0"),
-    };
+    let exchanged = unknowns.are_exchanged(files)?;
     // Names that are not known may have words that are.
     if files.get(k[0]).is_none()
-        && let Some(rig) = named::rig(files, unknowns, order == [1, 0])
+        && let Some(rig) = named::rig(files, unknowns)
     {
         return rig;
     }
@@ -124,7 +126,11 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
             (_, _, Some(both)) => Some(both.size()?),
             _ => None,
         };
-        unknowns.size(side, own, &format!("{files}: no image_width and image_height"))
+        unknowns.size(
+            side ^ usize::from(exchanged),
+            own,
+            &format!("{files}: no image_width and image_height"),
+        )
     };
     let mut is_unnamed = named.is_none();
     let mut view = |side: usize| -> Result<View> {
@@ -133,8 +139,11 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
         is_unnamed &= given.numbers()?.len() == 4;
         View::of(intrinsics, lens, Some(&given), size(side)?)
     };
-    let views = [view(order[0])?, view(order[1])?];
-    let pose = pose(files, order == [1, 0])?.in_unit(unknowns.unit_m)?;
+    let mut views = [view(0)?, view(1)?];
+    if exchanged {
+        views.reverse();
+    }
+    let pose = pose(files, exchanged)?.in_unit(unknowns.unit_m)?;
     let mut meta = rig::meta(views, &pose, format!("OpenCV: {files}"))?;
     if is_unnamed {
         meta.other.insert(Meta::UNNAMED_LENS.to_owned(), true.into());

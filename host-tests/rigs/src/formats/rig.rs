@@ -1,6 +1,8 @@
 //! The common part of the formats: two cameras, the pose between them, and their checks.
 
-use anyhow::{Context, Result, anyhow, ensure};
+use std::fmt::Display;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use stereo_selfcal::Extrinsics;
 
@@ -36,6 +38,17 @@ impl Unknowns {
     /// The numbers of the left and the right camera; `usual` by default.
     pub(super) fn cameras_or(self, usual: [u8; 2]) -> [u8; 2] {
         self.cameras.unwrap_or(usual)
+    }
+
+    /// Whether the first camera of a file of two is the right one.
+    pub(super) fn are_exchanged(self, place: &impl Display) -> Result<bool> {
+        match self.cameras {
+            None | Some([0, 1]) => Ok(false),
+            Some([1, 0]) => Ok(true),
+            Some([left, right]) => {
+                bail!("{place}: --cameras {left},{right}: of two cameras, expected 0,1 or 1,0")
+            }
+        }
     }
 
     /// The size of a side's images, from the file or from the arguments.

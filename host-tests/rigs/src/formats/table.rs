@@ -125,19 +125,19 @@ pub(super) fn rig(files: &Files, unknowns: Unknowns) -> Result<Meta> {
     let marked = FORMATS.iter().filter_map(|row| Some((row, row.mark(files)?)));
     let mut read: Vec<(&Row, Result<Meta>)> =
         marked.map(|(row, mark)| (row, row.rig(files, unknowns, &mark))).collect();
-    let mut unread = Vec::new();
+    let mut unread: Vec<(&Row, Result<Meta>)> = Vec::new();
     if read.iter().any(|(_, rig)| rig.is_ok()) {
         unread = read.extract_if(.., |(_, rig)| rig.is_err()).collect();
     }
     // The numbers of the raw images win over those of the rectified ones in the same file.
     if read.len() > 1 && read.iter().filter(|(_, rig)| is_raw(rig)).count() == 1 {
-        unread = read.extract_if(.., |(_, rig)| !is_raw(rig)).collect();
+        unread.extend(read.extract_if(.., |(_, rig)| !is_raw(rig)));
     }
     let names = |read: &[(&Row, _)]| {
         read.iter().map(|(row, _)| row.name).collect::<Vec<_>>().join("; and of ")
     };
     match read.len() {
-        0 => named::rig(files, unknowns, false).unwrap_or_else(|| Err(unknown(files))),
+        0 => named::rig(files, unknowns).unwrap_or_else(|| Err(unknown(files))),
         1 => {
             let mut meta = read.remove(0).1?;
             if !unread.is_empty() {

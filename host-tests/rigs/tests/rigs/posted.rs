@@ -382,11 +382,12 @@ fn four_coefficients_without_a_name_are_doubted() {
         assert_eq!(file(&format!(r#", "{key}": true"#)).lenses(), [LensModel::Fisheye; 2], "{key}");
         assert_eq!(file(&format!(r#", "{key}": 0"#)).lenses(), [LensModel::RadialTangential; 2]);
     }
-    let omni = format!(
-        "{:#}",
-        of_one_file("a.json", r#"{"K1": [1], "model": "omni"}"#, size(9, 9)).unwrap_err()
-    );
+    let omni = r#"{"K1": [1], "distortion_model": "omni"}"#;
+    let omni = refusal(of_one_file("a.json", omni, size(9, 9)));
     assert!(omni.contains("calibrate with one of them"), "{omni}");
+    // A product is no lens model.
+    let product = file(r#", "model": "D435", "camera_model": "Brio""#);
+    assert_eq!(rigs::doubts(&product).len(), 1);
 }
 
 #[test]
@@ -420,6 +421,10 @@ fn cameras_of_opencv_may_be_numbered_from_0_and_exchanged() {
     assert_eq!([meta.k_l[0][0], meta.k_r[0][0]], [459.0, 458.0]);
     // The first camera is the right one: x_r = R^T (x_l - T).
     assert!(near(moved(&meta, [0.12, 0.01, 5.02]), [0.0, 3.0, 4.0]), "{:?}", meta.t);
+    let exchanged = Unknowns { cameras: Some([1, 0]), ..Unknowns::default() };
+    let words = with("named keys", "[-120.0, 10.0, 20.0]", "[120.0, 10.0, 20.0]");
+    let meta = read(&Sample { unknowns: exchanged, ..words }).unwrap();
+    assert_eq!([meta.k_l[0][0], meta.k_r[0][0]], [459.0, 458.0]);
     let euroc = Sample {
         unknowns: Unknowns { cameras: Some([1, 0]), ..Unknowns::default() },
         ..named("EuRoC")
