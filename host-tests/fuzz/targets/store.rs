@@ -2,5 +2,5 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
-    fuzz::run_store(bytes);
+    let _ = fuzz::run_store(bytes);
 });
