@@ -17,6 +17,7 @@ use crate::config::Context;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::EvaluatedPose;
+use crate::pair::iterate::Iterate;
 use crate::pair::solver::PairSolver;
 use crate::scalar::Scalar;
 use crate::state::Stop;
@@ -26,40 +27,49 @@ use crate::thresholds::{CLEARLY_BETTER, OPEN_COST, TRACK_PASSES, TRUNCATED_PX};
 /// the challenger, a search of the least length, and another comparison. Track and search include their evaluations.
 const AFTER_TURNED: u16 = 2 * TRACK_PASSES + 2;
 
-/// Stage of an association.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Stage {
-    /// No batch is being associated.
-    Idle,
-    /// Searches with the baseline turned, before the first champion. If the pose found fits clearly better than the
-    /// challenger, or there is no challenger, the batch is refused. Otherwise it is then tracked from the challenger.
-    Turned(Turn),
-    /// Tracks from the champion.
-    Champion,
-    /// Tracks from the challenger.
-    Challenger,
-    /// Searches with a wide loss, from the champion or from the factory extrinsics.
-    Search,
-    /// Compares the pose that a search has found with the pose of the challenger, which has rejected the batch.
-    Compare,
-    /// No stage is left.
-    Done(Support),
-}
-
-/// Working memory, shared by solver and evaluation.
+/// Task of the next pass of an association.
 #[derive(Debug, Clone)]
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
-enum Work<T: Scalar> {
-    None,
-    Solver(PairSolver<T>),
-    Evaluated(EvaluatedPose<T>),
+enum Task<T: Scalar> {
+    /// No batch is being associated.
+    Idle,
+    /// A pass of a solver, or the evaluation of its pose.
+    Solve(Start, PairSolver<T>),
+    /// The pose is evaluated, and this follows.
+    Evaluated(Next, EvaluatedPose<T>),
+}
+
+/// Start of a solver.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Start {
+    /// A search with the baseline turned, before the first champion. If the pose found fits clearly better than the
+    /// challenger, or there is no challenger, the batch is refused. Otherwise it is then tracked from the challenger.
+    Turned(Turn),
+    /// A track from the champion.
+    Champion,
+    /// A track from the challenger.
+    Challenger,
+    /// A search with a wide loss, from the champion or from the factory extrinsics.
+    Search,
+}
+
+/// Task after the evaluation of a pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Next {
+    /// A comparison of the pose found with the baseline turned with that of the challenger.
+    CompareTurned(Turn),
+    /// A comparison of the pose that a search has found with that of the challenger, which has rejected the batch.
+    CompareFound,
+    /// Nothing: the batch has a result.
+    Done(Support),
+    /// Nothing: the batch has no result.
+    Refused,
 }
 
 /// Association of one batch.
 #[derive(Debug, Clone)]
 pub(super) struct Association<T: Scalar> {
-    stage: Stage,
-    work: Work<T>,
+    task: Task<T>,
     rejected: Rejected,
     /// Motion of the scene of the batch since the key frame.
     moved: Moved,
@@ -79,17 +89,19 @@ pub(super) struct AssociationContext<'a, T: Scalar> {
 impl<T: Scalar> Association<T> {
     /// An association without a batch.
     pub(super) const IDLE: Self = Self {
-        stage: Stage::Idle,
-        work: Work::None,
+        task: Task::Idle,
         rejected: Rejected { by_champion: false, by_challenger: false },
         moved: Moved::FAR,
         passes: 0,
         stop: Stop::PassesSpent,
     };
 
-    /// Returns whether stages are left.
+    /// Returns whether passes are left.
     pub(super) fn is_open(&self) -> bool {
-        !matches!(self.stage, Stage::Idle | Stage::Done(_))
+        match self.task {
+            Task::Idle | Task::Evaluated(Next::Done(_) | Next::Refused, _) => false,
+            Task::Solve(..) | Task::Evaluated(..) => true,
+        }
     }
 
     /// Returns whether the last batch repeated the scene of the last pair that was added.
@@ -99,7 +111,7 @@ impl<T: Scalar> Association<T> {
 
     /// Drops the batch and its result.
     pub(super) fn close(&mut self) {
-        self.stage = Stage::Idle;
+        self.task = Task::Idle;
     }
 
     /// Begins a batch.
@@ -120,45 +132,47 @@ impl<T: Scalar> Association<T> {
         self.passes = 0;
         let is_affordable = with.context.config.max_passes >= 2 * AFTER_TURNED;
         match turn.filter(|_| is_affordable && with.leaves_open(pairs)) {
-            Some(turn) => self.enter(Stage::Turned(turn), with),
-            None => self.enter(Stage::Champion, with),
+            Some(turn) => self.enter(Start::Turned(turn), with),
+            None => self.enter(Start::Champion, with),
         }
     }
 
-    /// Enters a stage, or a later stage if its hypothesis does not exist. If a track cannot start, the search follows.
+    /// Starts a solver, or a later one if its hypothesis does not exist. If a track cannot start, the search follows.
     #[inline(never)]
-    fn enter(&mut self, stage: Stage, with: &AssociationContext<'_, T>) {
-        if let Stage::Turned(turn) = stage {
-            self.stage = stage;
-            let start = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
-            self.search(with, start, AFTER_TURNED);
-            return;
-        }
+    fn enter(&mut self, start: Start, with: &AssociationContext<'_, T>) {
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());
-        let (stage, hypothesis) = match stage {
-            Stage::Champion if champion.is_some() => (stage, champion),
-            Stage::Champion | Stage::Challenger => (Stage::Challenger, challenger),
-            _ => (stage, None),
+        let (start, hypothesis) = match start {
+            Start::Turned(turn) => {
+                let pose = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
+                self.search(start, with, pose, AFTER_TURNED);
+                return;
+            }
+            Start::Champion if champion.is_some() => (start, champion),
+            Start::Champion | Start::Challenger => (Start::Challenger, challenger),
+            Start::Search => (start, None),
         };
-        self.stage = stage;
-        if !hypothesis.is_some_and(|hypothesis| self.track(hypothesis, with)) {
-            self.stage = Stage::Search;
-            let start = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
+        if !hypothesis.is_some_and(|hypothesis| self.track(start, hypothesis, with)) {
+            let pose = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
             // If the challenger has rejected the batch, a comparison with it takes one more pass.
-            self.search(with, start, u16::from(self.rejected.by_challenger));
+            self.search(Start::Search, with, pose, u16::from(self.rejected.by_challenger));
         }
     }
 
     /// Starts a track from a hypothesis. Returns false if the hypothesis has no covariance, or if the covariance of the
     /// start has no inverse.
     #[inline(never)]
-    fn track(&mut self, hypothesis: &Hypothesis<T>, with: &AssociationContext<'_, T>) -> bool {
+    fn track(
+        &mut self,
+        start: Start,
+        hypothesis: &Hypothesis<T>,
+        with: &AssociationContext<'_, T>,
+    ) -> bool {
         let Context { config, focal, .. } = *with.context;
-        let start = hypothesis.track_start(with.context);
-        let solver = start.and_then(|start| PairSolver::track(config, focal, &start));
+        let from = hypothesis.track_start(with.context);
+        let solver = from.and_then(|from| PairSolver::track(config, focal, &from));
         match solver {
             Some(solver) => {
-                self.work = Work::Solver(solver);
+                self.task = Task::Solve(start, solver);
                 true
             }
             None => false,
@@ -171,15 +185,16 @@ impl<T: Scalar> Association<T> {
     #[inline(never)]
     fn search(
         &mut self,
+        start: Start,
         with: &AssociationContext<'_, T>,
-        start: RectifyingRotations<T>,
+        pose: RectifyingRotations<T>,
         after: u16,
     ) {
         let used = self.passes.saturating_add(after);
-        self.work = Work::Solver(with.search(start, used));
+        self.task = Task::Solve(start, with.search(pose, used));
     }
 
-    /// Takes one more pass, unless no stage is left.
+    /// Takes one more pass, if one is left.
     ///
     /// # Errors
     /// [`Rejection`]: the batch has no result.
@@ -189,67 +204,47 @@ impl<T: Scalar> Association<T> {
         matches: &[RayPair<T>],
     ) -> Result<(), Rejection> {
         self.passes = self.passes.saturating_add(1);
-        if let Stage::Turned(turn) = self.stage {
-            return self.try_turned(turn, with, matches);
+        let is_turned = matches!(self.task, Task::Solve(Start::Turned(_), _));
+        let taken = self.take_pass(with, matches);
+        if taken.is_err() && is_turned && with.hypotheses.challenger().is_some() {
+            self.enter(Start::Challenger, with);
+            return Ok(());
         }
-        match &mut self.work {
-            Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
-            Work::Solver(_) => {
-                self.evaluate(matches)?;
-                let next = self.decide(with)?;
-                self.stage = next;
-                if matches!(next, Stage::Challenger | Stage::Search) {
-                    self.enter(next, with);
-                }
-                Ok(())
-            }
-            Work::Evaluated(evaluated) => {
-                let better = with.is_better(&evaluated.measurement.pose, matches);
-                self.stage = Stage::Done(if better { Support::New } else { Support::None });
-                Ok(())
-            }
-            Work::None => Ok(()),
-        }
+        taken
     }
 
-    /// Takes one more pass with the baseline turned. If the turned pose does not fit clearly better than the
-    /// challenger, the batch is then tracked from the challenger.
+    /// Takes a pass of the task.
     ///
     /// # Errors
-    /// [`Rejection::Behind`], [`Rejection::Columns`]: a turned baseline fits, and fits clearly better than the
-    /// challenger if there is one. Otherwise, without a challenger, the error of the search, for instance
-    /// [`Rejection::NoConsensus`].
-    #[inline(never)]
-    fn try_turned(
+    /// [`Rejection`]: the solver has no pose, or its pose fits no valid scene. [`Rejection::Behind`],
+    /// [`Rejection::Columns`]: a turned baseline fits clearly better than the challenger, or there is no challenger.
+    fn take_pass(
         &mut self,
-        turn: Turn,
         with: &AssociationContext<'_, T>,
         matches: &[RayPair<T>],
     ) -> Result<(), Rejection> {
-        let fits = match &mut self.work {
-            Work::Solver(solver) if !solver.is_done() => solver.advance(matches),
-            Work::Solver(_) => self.evaluate(matches).and_then(|()| self.check_scene(with)),
-            Work::Evaluated(evaluated) if with.is_better(&evaluated.measurement.pose, matches) => {
-                return Err(turn.error());
+        match &mut self.task {
+            Task::Solve(_, solver) if !solver.is_done() => solver.advance(matches),
+            Task::Solve(start, solver) => {
+                let start = *start;
+                self.stop = solver.stop();
+                let iterate = *solver.iterate();
+                self.evaluate(&iterate, matches)?;
+                self.decide(start, with)
             }
-            Work::Evaluated(_) | Work::None => Err(Rejection::NoConsensus),
-        };
-        if fits.is_err() && with.hypotheses.challenger().is_some() {
-            self.enter(Stage::Challenger, with);
-            return Ok(());
-        }
-        fits
-    }
-
-    /// Checks that the evaluated pose is an optimum, and that most of the points that fit are clearly in front of the
-    /// cameras.
-    ///
-    /// # Errors
-    /// As [`AssociationContext::check`]; [`Rejection::NoConsensus`] also if the points are not clearly in front.
-    fn check_scene(&self, with: &AssociationContext<'_, T>) -> Result<(), Rejection> {
-        match &self.work {
-            Work::Evaluated(evaluated) if evaluated.is_clearly_in_front() => with.check(evaluated),
-            _ => Err(Rejection::NoConsensus),
+            Task::Evaluated(Next::CompareTurned(turn), evaluated) => {
+                if with.is_better(&evaluated.measurement.pose, matches) {
+                    return Err(turn.error());
+                }
+                self.enter(Start::Challenger, with);
+                Ok(())
+            }
+            Task::Evaluated(next @ Next::CompareFound, evaluated) => {
+                let is_better = with.is_better(&evaluated.measurement.pose, matches);
+                *next = Next::Done(if is_better { Support::New } else { Support::None });
+                Ok(())
+            }
+            Task::Idle | Task::Evaluated(Next::Done(_) | Next::Refused, _) => Ok(()),
         }
     }
 
@@ -258,63 +253,72 @@ impl<T: Scalar> Association<T> {
     /// # Errors
     /// [`Rejection::TooFew`], [`Rejection::Unobservable`].
     #[inline(never)]
-    fn evaluate(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
-        let Work::Solver(solver) = &self.work else {
-            return Ok(());
-        };
-        self.stop = solver.stop();
-        let iterate = *solver.iterate();
+    fn evaluate(&mut self, iterate: &Iterate<T>, matches: &[RayPair<T>]) -> Result<(), Rejection> {
         self.clear_evaluation();
-        match &mut self.work {
-            Work::Evaluated(evaluated) => iterate.evaluate(matches, evaluated),
-            _ => Ok(()),
+        match &mut self.task {
+            Task::Evaluated(_, evaluated) => iterate.evaluate(matches, evaluated),
+            Task::Idle | Task::Solve(..) => Ok(()),
         }
     }
 
-    /// Replaces the working memory by an empty evaluation. Out of line, to keep the new value off the caller's stack.
+    /// Replaces the solver by an empty evaluation. Out of line, to keep the new value off the caller's stack.
     #[inline(never)]
     fn clear_evaluation(&mut self) {
-        self.work = Work::Evaluated(EvaluatedPose::NONE);
+        self.task = Task::Evaluated(Next::Refused, EvaluatedPose::NONE);
     }
 
-    /// Returns the stage after an evaluation, and notes a hypothesis that rejects the batch. After a track the gate of
-    /// its hypothesis decides; after a search the check of the pose decides.
+    /// Sets what follows an evaluation, and notes a hypothesis that rejects the batch. After a track the gate of its
+    /// hypothesis decides; after a search the check of the pose decides.
+    ///
+    /// * `start`: start of the solver whose pose has been evaluated.
     ///
     /// # Errors
-    /// As [`AssociationContext::check`].
+    /// As [`AssociationContext::check`]; [`Rejection::NoConsensus`] also if a turned baseline has most of the points
+    /// that fit not clearly in front of the cameras.
     #[inline(never)]
-    fn decide(&mut self, with: &AssociationContext<'_, T>) -> Result<Stage, Rejection> {
+    fn decide(&mut self, start: Start, with: &AssociationContext<'_, T>) -> Result<(), Rejection> {
         let AssociationContext { context, hypotheses } = *with;
-        let Work::Evaluated(evaluated) = &self.work else {
+        let Task::Evaluated(next, evaluated) = &mut self.task else {
             return Err(Rejection::NotBegun);
         };
-        match self.stage {
-            Stage::Champion => {
-                if hypotheses.gate_of_champion(evaluated, context) {
-                    return Ok(Stage::Done(Support::Champion));
-                }
+        match start {
+            Start::Champion if hypotheses.gate_of_champion(evaluated, context) => {
+                *next = Next::Done(Support::Champion);
+            }
+            Start::Champion => {
                 self.rejected.by_champion = true;
-                Ok(Stage::Challenger)
+                self.enter(Start::Challenger, with);
             }
-            Stage::Challenger => {
-                if hypotheses.gate_of_challenger(evaluated, context) {
-                    return Ok(Stage::Done(Support::Challenger));
-                }
+            Start::Challenger if hypotheses.gate_of_challenger(evaluated, context) => {
+                *next = Next::Done(Support::Challenger);
+            }
+            Start::Challenger => {
                 self.rejected.by_challenger = true;
-                let done = self.rejected.by_champion;
-                Ok(if done { Stage::Done(Support::None) } else { Stage::Search })
+                if self.rejected.by_champion {
+                    *next = Next::Done(Support::None);
+                } else {
+                    self.enter(Start::Search, with);
+                }
             }
-            _ => {
+            Start::Search => {
                 with.check(evaluated)?;
-                let compare = self.rejected.by_challenger;
-                Ok(if compare { Stage::Compare } else { Stage::Done(Support::New) })
+                let compares = self.rejected.by_challenger;
+                *next = if compares { Next::CompareFound } else { Next::Done(Support::New) };
+            }
+            Start::Turned(turn) => {
+                if !evaluated.is_clearly_in_front() {
+                    return Err(Rejection::NoConsensus);
+                }
+                with.check(evaluated)?;
+                *next = Next::CompareTurned(turn);
             }
         }
+        Ok(())
     }
 
-    /// Returns whether the association is in the stage with a turned baseline.
+    /// Returns whether the last pass has compared a pose with the baseline turned.
     pub(super) fn is_turned(&self) -> bool {
-        matches!(self.stage, Stage::Turned(_))
+        matches!(self.task, Task::Evaluated(Next::CompareTurned(_), _))
     }
 
     /// Returns the hypotheses whose gates have rejected the batch so far.
@@ -322,13 +326,11 @@ impl<T: Scalar> Association<T> {
         self.rejected
     }
 
-    /// Returns the result; `None` while stages are left, and without a batch.
+    /// Returns the result; `None` while passes are left, and without a batch.
     pub(super) fn result(&self) -> Option<AssociationResult<'_, T>> {
-        let (Stage::Done(support), Work::Evaluated(evaluated)) = (self.stage, &self.work) else {
-            return None;
-        };
+        let Task::Evaluated(Next::Done(support), evaluated) = &self.task else { return None };
         Some(AssociationResult {
-            support,
+            support: *support,
             evaluated,
             rejected: self.rejected,
             moved: self.moved,

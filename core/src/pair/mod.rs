@@ -5,8 +5,8 @@
 //!
 //! - [`constraint`]: residual, its variance and its derivatives. [`loss`], [`leverage`], [`weighting`]: weight of a
 //!   residual.
-//! - [`pass`]: one loop over the batch, and its sums. [`iterate`]: linearisation point. [`schedule`], [`scale`]: loss
-//!   of each pass. [`survey`]: first limit on leverage of a track, first scale of a search. [`solver`], [`descent`]:
+//! - [`pass`]: one loop over the batch, and its sums. [`iterate`]: linearisation point. [`phase`], [`scale`]: loss of
+//!   each pass. [`survey`]: first limit on leverage of a track, first scale of a search. [`solver`], [`descent`]:
 //!   Levenberg-Marquardt steps. [`proposal`]: second start of a search.
 //! - [`evaluate`]: last pass, at the final pose. [`regions`], [`residual_stats`]: sums of the evaluation.
 //!
@@ -15,17 +15,17 @@
 mod constraint;
 mod descent;
 pub(crate) mod evaluate;
-mod iterate;
+pub(crate) mod iterate;
 pub(crate) mod leverage;
 mod loss;
 mod pass;
+mod phase;
 mod proposal;
 mod regions;
 mod residual_stats;
 mod scale;
 #[cfg(test)]
 mod scenes;
-mod schedule;
 pub(crate) mod solver;
 mod survey;
 mod weighting;

@@ -6,8 +6,8 @@ use super::constraint::Constraint;
 use super::iterate::Iterate;
 use super::leverage::HighLeverage;
 use super::loss::{ResidualVariance, geman_mcclure, tukey};
+use super::phase::Phase;
 use super::scale::LevelCounts;
-use super::schedule::Schedule;
 use super::weighting::{Loss, Weighting, tracked};
 use crate::algebra::normal_equations::NormalEquations;
 use crate::batch::correspondence::RayPair;
@@ -54,14 +54,14 @@ impl<T: Scalar> PassSums<T> {
     };
 
     /// Returns the sums at the pose of an iterate over the batch; a track reads only half of a large batch.
-    pub(super) fn of(iterate: &Iterate<T>, schedule: &Schedule<T>, matches: &[RayPair<T>]) -> Self {
-        let by = iterate.weighting(schedule.loss());
+    pub(super) fn of(iterate: &Iterate<T>, phase: &Phase<T>, matches: &[RayPair<T>]) -> Self {
+        let by = iterate.weighting(phase.loss());
         let is_half = matches!(by.loss, Loss::Track(_)) && matches.len() > TRACKED;
         let mut sums = Self::ZERO;
         // Separate from `sums`: an array with a computed index stays in memory, and would keep the other sums in memory
         // too.
         let mut levels = LevelCounts::NONE;
-        let mut counted = schedule.sees_peaks().then_some(&mut levels);
+        let mut counted = phase.sees_peaks().then_some(&mut levels);
         for pair in read(matches, is_half) {
             sums.add(&by, pair, counted.as_deref_mut());
         }

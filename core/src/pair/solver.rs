@@ -18,8 +18,8 @@ use super::descent::{Descent, Point};
 use super::iterate::Iterate;
 use super::leverage::Leverage;
 use super::pass::PassSums;
+use super::phase::{AfterAnnealing, Phase};
 use super::proposal::{Rounds, is_small, scale};
-use super::schedule::Schedule;
 use super::survey::{first_scale, scattered, survey};
 use super::weighting::Weighting;
 use crate::algebra::information::Information;
@@ -33,19 +33,8 @@ use crate::scalar::Scalar;
 use crate::state::Stop;
 use crate::thresholds::{
     LEAST_SCALE_PX, MIN_DISPARITY_PX, NEGLIGIBLE, PEAK_OVER_NOISE, SETTLED, SIGNIFICANT,
-    TIGHT_TUKEY, TRACK_PASSES, TUKEY, WIDE_SCALE_PX,
+    TIGHT_TUKEY, TRACK_PASSES, TUKEY,
 };
-
-/// State of the second start of a search.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Second {
-    /// No second start has begun.
-    Possible,
-    /// The annealing has ended without a clear peak, and these rounds are next.
-    Begun(Rounds),
-    /// The second start is over.
-    Taken,
-}
 
 /// Start of a track.
 #[derive(Debug, Clone, Copy)]
@@ -74,17 +63,14 @@ pub(crate) struct PairSolver<T: Scalar> {
     trusts_leverage: bool,
     /// Sum of the steps from the start, rad.
     moved: Vector5<T>,
-    /// Loss of the next pass.
-    pub(super) schedule: Schedule<T>,
+    /// Phase of the next pass.
+    pub(super) phase: Phase<T>,
     /// Descent at the scale of the polish.
     descent: Descent<T>,
-    second: Second,
     /// Passes taken, without the evaluation.
     passes: u16,
     /// Largest number of passes, without the evaluation.
     max_passes: u16,
-    /// Reason for the end; `None` while steps are left.
-    stop: Option<Stop>,
 }
 
 impl<T: Scalar> PairSolver<T> {
@@ -114,13 +100,10 @@ impl<T: Scalar> PairSolver<T> {
             prior: Information(Symmetric5::of_diagonal([config.prior(); 5])),
             trusts_leverage: false,
             moved: Vector5::zeros(),
-            // A placeholder: the first pass sets the scale, which is at least this large.
-            schedule: Schedule::Anneal(T::lit(WIDE_SCALE_PX)),
+            phase: Phase::Start,
             descent: Descent::NEW,
-            second: Second::Possible,
             passes: 0,
             max_passes: max_passes.saturating_sub(1).max(1),
-            stop: None,
         }
     }
 
@@ -129,7 +112,7 @@ impl<T: Scalar> PairSolver<T> {
         let TrackStart { pose, covariance, noise, trusts_leverage, sees_crowd } = start;
         let mut track = Self::search(config, focal, *pose, TRACK_PASSES);
         track.prior = Information(covariance.inverse()?);
-        track.schedule = Schedule::Track(*covariance);
+        track.phase = Phase::Survey(*covariance);
         track.iterate.noise = *noise;
         if *sees_crowd {
             track.iterate.tukey = T::lit(TIGHT_TUKEY);
@@ -144,27 +127,21 @@ impl<T: Scalar> PairSolver<T> {
     /// # Errors
     /// [`Rejection::TooFew`]: a search has too few correspondences in front of both cameras.
     pub(crate) fn advance(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
-        match (&self.stop, &self.schedule) {
-            (Some(_), _) => (),
-            (None, Schedule::Track(covariance)) if self.passes == 0 => {
-                self.iterate.leverage = self.survey(matches, covariance);
+        match self.phase {
+            Phase::Survey(covariance) => {
+                self.iterate.leverage = self.survey(matches, &covariance);
+                self.phase = Phase::Track(covariance);
                 self.passes = 1;
             }
-            (None, Schedule::Track(_)) => {
-                self.step(&self.pass(matches), matches.len());
+            Phase::Track(_) => self.step(&self.pass(matches), matches.len()),
+            Phase::Start => {
+                let scale = self.first_scale(matches);
+                self.phase = Phase::Anneal { scale, is_second: false };
+                self.search_step(matches)?;
             }
-            (None, Schedule::Anneal(_) | Schedule::Polish) => {
-                if let Second::Begun(rounds) = self.second {
-                    self.take_round(rounds, matches);
-                    return Ok(());
-                }
-                if self.passes == 0 {
-                    self.schedule = Schedule::Anneal(self.first_scale(matches));
-                }
-                let pass = self.pass(matches);
-                self.iterate.check(pass.usable)?;
-                self.step(&pass, matches.len());
-            }
+            Phase::Anneal { .. } | Phase::Polish => self.search_step(matches)?,
+            Phase::SecondStart(rounds) => self.take_round(rounds, matches),
+            Phase::Done(_) => {}
         }
         Ok(())
     }
@@ -176,12 +153,12 @@ impl<T: Scalar> PairSolver<T> {
 
     /// Returns the reason for the end; [`Stop::PassesSpent`] while steps are left.
     pub(crate) fn stop(&self) -> Stop {
-        self.stop.unwrap_or(Stop::PassesSpent)
+        if let Phase::Done(stop) = self.phase { stop } else { Stop::PassesSpent }
     }
 
     /// Returns whether only the evaluation is left.
     pub(crate) fn is_done(&self) -> bool {
-        self.stop.is_some()
+        matches!(self.phase, Phase::Done(_))
     }
 
     /// Returns the first limit on leverage, at the start of a track. Out of line, because this bounds the stack of
@@ -200,10 +177,21 @@ impl<T: Scalar> PairSolver<T> {
     /// Returns the sums over the batch at the pose.
     #[inline(never)]
     fn pass(&self, matches: &[RayPair<T>]) -> PassSums<T> {
-        PassSums::of(&self.iterate, &self.schedule, matches)
+        PassSums::of(&self.iterate, &self.phase, matches)
     }
 
-    /// Takes one step from the sums at the pose, then sets the next loss of the schedule.
+    /// Takes a pass of a search, and its step.
+    ///
+    /// # Errors
+    /// [`Rejection::TooFew`]: too few correspondences in front of both cameras.
+    fn search_step(&mut self, matches: &[RayPair<T>]) -> Result<(), Rejection> {
+        let pass = self.pass(matches);
+        self.iterate.check(pass.usable)?;
+        self.step(&pass, matches.len());
+        Ok(())
+    }
+
+    /// Takes one step from the sums at the pose, then sets the next phase.
     ///
     /// The step `d` solves `(A + damping diag A) d = -(g + P m)`, where `A = H + P`, `P` is the prior information, and
     /// `m` the sum of the previous steps. At a fixed scale, a point of clearly higher cost is rejected, and the next
@@ -229,9 +217,9 @@ impl<T: Scalar> PairSolver<T> {
         (self.iterate.pose, self.moved) = (best.pose, best.moved);
         self.descent.damp();
         if self.passes >= self.max_passes {
-            self.stop = Some(Stop::PassesSpent);
+            self.phase = Phase::Done(Stop::PassesSpent);
         } else if self.take_step(&best.joint).is_none() {
-            self.stop = Some(Stop::NoDescent);
+            self.phase = Phase::Done(Stop::NoDescent);
         }
     }
 
@@ -247,11 +235,11 @@ impl<T: Scalar> PairSolver<T> {
         Some((d, factor.inverse()))
     }
 
-    /// Takes a step from `here`, the point of the pass. Then sets the next loss, and ends the solver if it has
+    /// Takes a step from `here`, the point of the pass. Then sets the next phase, and ends the solver if it has
     /// converged, if no step exists, or if no passes are left.
     fn descend(&mut self, pass: &PassSums<T>, here: Point<T>) {
         let Some((d, covariance)) = self.take_step(&here.joint) else {
-            self.stop = Some(Stop::NoDescent);
+            self.phase = Phase::Done(Stop::NoDescent);
             return;
         };
         let before = self.variance();
@@ -263,13 +251,11 @@ impl<T: Scalar> PairSolver<T> {
         self.follow(pass, &covariance, before);
         let is_fixed = self.descent.best.is_some();
         let size = d.dot(&pass.normal.information.times(&d));
-        self.stop = if is_fixed && size <= T::lit(NEGLIGIBLE) {
-            Some(Stop::Converged)
+        if is_fixed && size <= T::lit(NEGLIGIBLE) {
+            self.phase = Phase::Done(Stop::Converged);
         } else if self.passes >= self.max_passes {
-            Some(Stop::PassesSpent)
-        } else {
-            None
-        };
+            self.phase = Phase::Done(Stop::PassesSpent);
+        }
     }
 
     /// Updates the quantities that follow from the covariance, for the next pass: number of fitted unknowns, limit on
@@ -282,8 +268,8 @@ impl<T: Scalar> PairSolver<T> {
         self.iterate.fitted = covariance.dot(information);
         let growth = self.variance() / before;
         let limit = Leverage::of(information, pass.weighted, covariance, growth);
-        self.iterate.leverage = match (&self.schedule, &self.iterate.leverage) {
-            (Schedule::Track(_), Some(last)) => limit.and_then(|limit| {
+        self.iterate.leverage = match (&self.phase, &self.iterate.leverage) {
+            (Phase::Track(_), Some(last)) => limit.and_then(|limit| {
                 limit.raised(information, last, &pass.high, self.trusts_leverage)
             }),
             _ => limit,
@@ -291,7 +277,7 @@ impl<T: Scalar> PairSolver<T> {
         let [_, yaw, ..] = covariance.diagonal();
         self.iterate.min_disparity =
             -T::lit(MIN_DISPARITY_PX) / self.iterate.focal - T::lit(SIGNIFICANT) * yaw.sqrt();
-        if let Schedule::Track(of_pose) = &mut self.schedule {
+        if let Phase::Track(of_pose) = &mut self.phase {
             *of_pose = *covariance;
         }
     }
@@ -310,19 +296,23 @@ impl<T: Scalar> PairSolver<T> {
         }
         // The limit on leverage of the annealing belongs to a wider loss, or to another pose.
         self.iterate.leverage = None;
-        self.second = if rounds.left > 0 && self.passes.saturating_add(1) < self.max_passes {
-            Second::Begun(rounds)
+        self.phase = if rounds.left > 0 && self.has_passes() {
+            Phase::SecondStart(rounds)
+        } else if rounds.moved {
+            Phase::Anneal { scale, is_second: true }
         } else {
-            if rounds.moved {
-                self.schedule = Schedule::Anneal(scale);
-            }
-            Second::Taken
+            Phase::Polish
         };
+    }
+
+    /// Returns whether passes are left for a round of the second start, and for a step after it.
+    fn has_passes(&self) -> bool {
+        self.passes.saturating_add(1) < self.max_passes
     }
 
     /// Returns the residual variance that the loss assumes, px^2.
     pub(super) fn variance(&self) -> T {
-        self.schedule.variance(self.iterate.noise)
+        self.phase.variance(self.iterate.noise)
     }
 
     /// Sets the next scale of the annealing, or the next estimate of the noise. Begins the second start if the
@@ -332,23 +322,24 @@ impl<T: Scalar> PairSolver<T> {
         let floor = self.iterate.noise_floor;
         let seen = pass.levels.peak(self.iterate.needed, pass.usable);
         let peak = seen.map(|peak| peak.level.max(floor));
-        match self.schedule {
-            Schedule::Anneal(scale) => {
-                let (schedule, noise) = Schedule::after_annealing(scale, peak);
-                self.schedule = schedule;
-                if let Some(noise) = noise {
-                    self.iterate.noise = noise;
-                    let is_small = is_small(pass.usable);
-                    let is_doubtful = seen.is_none_or(|peak| peak.is_doubtful(is_small));
-                    // A second start needs one pass for a round, and one for a step after it.
-                    let has_passes = self.passes.saturating_add(1) < self.max_passes;
-                    if is_doubtful && has_passes && self.second == Second::Possible {
-                        self.second = Second::Begun(Rounds::after_annealing(seen.is_some()));
+        match self.phase {
+            Phase::Anneal { scale, is_second } => {
+                self.phase = match AfterAnnealing::of(scale, peak) {
+                    AfterAnnealing::Scale(scale) => Phase::Anneal { scale, is_second },
+                    AfterAnnealing::Polish(noise) => {
+                        self.iterate.noise = noise;
+                        let is_small = is_small(pass.usable);
+                        let is_doubtful = seen.is_none_or(|peak| peak.is_doubtful(is_small));
+                        if is_doubtful && !is_second && self.has_passes() {
+                            Phase::SecondStart(Rounds::after_annealing(seen.is_some()))
+                        } else {
+                            Phase::Polish
+                        }
                     }
-                }
+                };
                 false
             }
-            Schedule::Polish if pass.near > T::ZERO => {
+            Phase::Polish if pass.near > T::ZERO => {
                 let estimate = self.iterate.noise_of(pass.near_squares, pass.near);
                 let noise = peak.filter(|peak| *peak < T::lit(PEAK_OVER_NOISE) * estimate);
                 let noise = noise.unwrap_or(estimate);
@@ -356,14 +347,14 @@ impl<T: Scalar> PairSolver<T> {
                 self.iterate.noise = if settled { self.iterate.noise } else { noise };
                 settled
             }
-            Schedule::Track(_) | Schedule::Polish => false,
+            _ => false,
         }
     }
 
     /// Returns the weighting of the next pass.
     #[inline(never)]
     pub(super) fn weighting(&self) -> Weighting<T> {
-        self.iterate.weighting(self.schedule.loss())
+        self.iterate.weighting(self.phase.loss())
     }
 }
 

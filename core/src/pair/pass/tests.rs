@@ -49,7 +49,7 @@ proptest! {
                 let (row, _) = by.row(&constraint, by.precision(&constraint), w);
                 normal.add_row(row.weight, row.value, &row.jacobian);
             }
-            let sums = PassSums::of(&solver.iterate, &solver.schedule, batch.pairs());
+            let sums = PassSums::of(&solver.iterate, &solver.phase, batch.pairs());
             prop_assert_eq!((sums.usable, sums.weighted), (usable, weighted));
             let size = normal.information.0.diagonal().into_iter().fold(0.0, f64::max);
             let (ours, theirs) = (&sums.normal.information.0.0, &normal.information.0.0);

@@ -21,7 +21,7 @@ fn pass() -> PassSums<f64> {
 fn polish(max_passes: u16) -> PairSolver<f64> {
     let start = RectifyingRotations::SIDE_BY_SIDE;
     let mut solver = PairSolver::search(&Config::robust(), FOCAL, start, max_passes);
-    solver.schedule = Schedule::Polish;
+    solver.phase = Phase::Polish;
     let best = Point::of(&start, &solver.moved, &pass().normal, pass().cost, &solver.prior);
     solver.descent.accept(best);
     solver
@@ -54,10 +54,10 @@ fn a_rejected_step_is_taken_again_with_more_damping_until_the_passes_are_spent()
         solver.step(&PassSums { cost: 1e3, ..pass() }, 100);
         let length = solver.iterate.pose.unknowns_to(&start).norm();
         if rejected < 3 {
-            assert_eq!(solver.stop, None);
+            assert_eq!(solver.phase, Phase::Polish);
             assert!(length > 1e-5 && length < 0.6 * last, "{length} {last}");
         } else {
-            assert_eq!((solver.stop, length), (Some(Stop::PassesSpent), 0.0));
+            assert_eq!((solver.phase, length), (Phase::Done(Stop::PassesSpent), 0.0));
         }
         last = length;
     }

@@ -1,32 +1,56 @@
-//! Schedule of the loss over the passes of a pair (`ESTIMATOR.md`, section 5).
+//! Phases of a solver, and the loss of each (`ESTIMATOR.md`, section 5).
 
+use super::proposal::Rounds;
 use super::weighting::Loss;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
+use crate::state::Stop;
 use crate::thresholds::{
     ANNEALING, BELOW_PEAK, LEAST_SCALE_PX, NARROW_PX, POLISH_AT, WIDE_ANNEALING, WIDE_SCALE_PX,
 };
 
-/// Schedule of the loss.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Schedule<T> {
-    /// Geman-McClure at this scale, px.
-    Anneal(T),
-    /// Tukey, with its limit widened by the covariance of the pose, rad^2.
+/// Phase of a solver: it decides the loss of the next pass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Phase<T> {
+    /// First pass of a track: finds the limit on leverage, for the covariance of the start, rad^2.
+    Survey(Symmetric5<T>),
+    /// A step of a track: Tukey's loss, its limit widened by the covariance of the pose, rad^2.
     Track(Symmetric5<T>),
-    /// Tukey at the estimated noise.
+    /// First pass of a search: finds the first scale of the annealing, and takes its first step.
+    Start,
+    /// A step of the annealing: Geman-McClure's loss.
+    Anneal {
+        /// Scale, px.
+        scale: T,
+        /// Whether the second start is over.
+        is_second: bool,
+    },
+    /// A round of the second start.
+    SecondStart(Rounds),
+    /// A step at the estimated noise: Tukey's loss.
     Polish,
+    /// Only the evaluation is left.
+    Done(Stop),
 }
 
-impl<T: Scalar> Schedule<T> {
-    /// Returns the schedule after a pass of the annealing, and the noise for the polish, px, if the polish begins.
+/// Next phase after a pass of the annealing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum AfterAnnealing<T> {
+    /// The annealing goes on at this scale, px.
+    Scale(T),
+    /// The annealing ends; the polish begins at this noise, px.
+    Polish(T),
+}
+
+impl<T: Scalar> AfterAnnealing<T> {
+    /// Returns what follows a pass of the annealing.
     ///
     /// The scale falls to the width of the peak or below before the polish begins. At a wider scale, two groups of
     /// matches that fit different poses look like one peak between them. Without a peak, the polish begins when the
     /// next scale would be at most [`LEAST_SCALE_PX`].
     ///
     /// * `scale`: scale of the pass, px; `peak`: width of the peak seen in the pass, px; `None` without a peak.
-    pub(super) fn after_annealing(scale: T, peak: Option<T>) -> (Self, Option<T>) {
+    pub(super) fn of(scale: T, peak: Option<T>) -> Self {
         let is_wide = scale > T::lit(WIDE_SCALE_PX);
         let next = scale * T::lit(if is_wide { WIDE_ANNEALING } else { ANNEALING });
         let [narrow, wide] = POLISH_AT.map(T::lit);
@@ -34,41 +58,43 @@ impl<T: Scalar> Schedule<T> {
             Some(peak) => {
                 let at = if peak > T::lit(NARROW_PX) { wide } else { narrow };
                 if scale <= at * peak {
-                    (Self::Polish, Some(peak))
+                    Self::Polish(peak)
                 } else {
-                    (Self::Anneal(next.min(T::lit(BELOW_PEAK) * peak)), None)
+                    Self::Scale(next.min(T::lit(BELOW_PEAK) * peak))
                 }
             }
-            None if next <= T::lit(LEAST_SCALE_PX) => (Self::Polish, Some(next)),
-            None => (Self::Anneal(next), None),
+            None if next <= T::lit(LEAST_SCALE_PX) => Self::Polish(next),
+            None => Self::Scale(next),
         }
     }
+}
 
+impl<T: Scalar> Phase<T> {
     /// Returns the residual variance that the loss assumes, px^2.
     ///
     /// * `noise`: standard deviation of a coordinate, px.
     pub(super) fn variance(&self, noise: T) -> T {
         match self {
-            Self::Anneal(scale) => *scale * *scale,
-            Self::Track(_) | Self::Polish => noise * noise,
+            Self::Anneal { scale, .. } => *scale * *scale,
+            _ => noise * noise,
         }
     }
 
     /// Returns whether the pass fills a histogram of residuals, in which a peak is sought.
     pub(super) fn sees_peaks(&self) -> bool {
         match self {
-            Self::Anneal(scale) => *scale <= T::lit(WIDE_SCALE_PX),
+            Self::Anneal { scale, .. } => *scale <= T::lit(WIDE_SCALE_PX),
             Self::Polish => true,
-            Self::Track(_) => false,
+            _ => false,
         }
     }
 
     /// Returns the loss of the pass.
     pub(super) fn loss(&self) -> Loss<T> {
         match self {
-            Self::Anneal(scale) => Loss::Anneal(T::ONE / (*scale * *scale)),
-            Self::Track(covariance) => Loss::Track(*covariance),
-            Self::Polish => Loss::Polish,
+            Self::Survey(covariance) | Self::Track(covariance) => Loss::Track(*covariance),
+            Self::Anneal { scale, .. } => Loss::Anneal(T::ONE / (*scale * *scale)),
+            Self::Start | Self::SecondStart(_) | Self::Polish | Self::Done(_) => Loss::Polish,
         }
     }
 }
@@ -84,10 +110,9 @@ mod tests {
     fn scales(first: f64, peak: Option<f64>) -> (Vec<f64>, f64) {
         let mut scales = Vec::from([first]);
         loop {
-            match Schedule::after_annealing(*scales.last().unwrap(), peak) {
-                (Schedule::Anneal(next), None) => scales.push(next),
-                (Schedule::Polish, Some(noise)) => return (scales, noise),
-                other => panic!("{other:?}"),
+            match AfterAnnealing::of(*scales.last().unwrap(), peak) {
+                AfterAnnealing::Scale(next) => scales.push(next),
+                AfterAnnealing::Polish(noise) => return (scales, noise),
             }
             assert!(scales.len() < 30, "{scales:?}");
         }
