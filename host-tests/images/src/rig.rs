@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use exif::{In, Tag, Value};
 use rigs::data::Meta;
 use rigs::formats::Unknowns;
-use rigs::read_rig;
+use rigs::{doubts, read_rig};
 
 use crate::resized::{self, Change};
 use crate::source::{Frame, RigOf};
@@ -69,7 +69,7 @@ impl RigRequest {
     pub fn find(&self, source: &RigOf, sizes: [[u16; 2]; 2], frame: &Frame) -> Result<FoundRig> {
         let unknowns = Unknowns { sizes: self.unknowns.sizes.or(Some(sizes)), ..self.unknowns };
         if !self.files.is_empty() {
-            return self.fitted(read_rig(&self.files, unknowns)?, sizes);
+            return self.read(&self.files, unknowns, sizes);
         }
         if let Some(focal) = self.focal_px {
             ensure!(
@@ -82,7 +82,7 @@ impl RigRequest {
             "give its calibration (--rig FILE), or the focal length in px for a guess (--focal PX)";
         let missing = match source {
             RigOf::Files(files) if !files.is_empty() => {
-                return self.fitted(read_rig(files, unknowns)?, sizes);
+                return self.read(files, unknowns, sizes);
             }
             RigOf::Read(meta) => return self.fitted(meta.as_ref().clone(), sizes),
             RigOf::Infos(infos) => match infos
@@ -98,6 +98,20 @@ impl RigRequest {
             Some(focal) => Ok(guess(focal, sizes, "EXIF")),
             None => bail!("no calibration: {missing}; {advice}"),
         }
+    }
+
+    /// The rig of files, with the doubts about it as notes.
+    fn read(
+        &self,
+        files: &[PathBuf],
+        unknowns: Unknowns,
+        sizes: [[u16; 2]; 2],
+    ) -> Result<FoundRig> {
+        let meta = read_rig(files, unknowns)?;
+        let mut notes = doubts(&meta);
+        let mut rig = self.fitted(meta, sizes)?;
+        notes.append(&mut rig.notes);
+        Ok(FoundRig { notes, ..rig })
     }
 
     /// The rig for images of these sizes. Images of another size than the rig's are scaled or cropped as the user says;
@@ -261,6 +275,24 @@ mod tests {
         found.meta.cameras::<f64>().unwrap();
         let nothing = RigRequest::default().find(&RigOf::Nothing, [[640, 480]; 2], &frame);
         assert!(nothing.unwrap_err().to_string().contains("--focal"));
+    }
+
+    #[test]
+    fn doubts_about_a_rig_file_are_notes() {
+        let dir = tempfile::tempdir().unwrap();
+        let file = dir.path().join("rig.yaml");
+        let camera = |tx: f64| {
+            format!(
+                "  T_cn_cnm1: [[1, 0, 0, {tx}], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n  camera_model: pinhole\n  \
+                 distortion_coeffs: [0, 0, 0, 0]\n  distortion_model: radtan\n  intrinsics: [500, 500, 240, 320]\n  \
+                 resolution: [640, 480]\n"
+            )
+        };
+        std::fs::write(&file, format!("cam0:\n{}cam1:\n{}", camera(0.0), camera(-0.1))).unwrap();
+        let request = RigRequest { files: vec![file], ..RigRequest::default() };
+        let frame = Frame::file(PathBuf::from("none.png"));
+        let found = request.find(&RigOf::Nothing, [[640, 480]; 2], &frame).unwrap();
+        assert!(found.notes[0].contains("Are width and height exchanged?"), "{:?}", found.notes);
     }
 
     /// A JPEG image with these EXIF fields.
