@@ -7,10 +7,7 @@ use super::information::Information;
 use super::normal_equations::NormalEquations;
 use super::symmetric5::Symmetric5;
 use crate::scalar::Scalar;
-use crate::thresholds::{MAX_TURN_RATIO, TURN_RAD, VIBRATION_RAD};
-
-/// Smallest variance that is inverted, rad^2; smaller variances are raised to it.
-const LEAST: f64 = 1e-12;
+use crate::thresholds::{MAX_TURN_RATIO, MIN_BLOCK_VARIANCE, TURN_RAD, VIBRATION_RAD};
 
 /// `Q`, a diagonal covariance with two different values, rad^2.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,18 +97,18 @@ impl<T: Scalar> BlockVariances<T> {
         scatter
     }
 
-    /// Returns `Q^-1 x`; variances of `Q` below [`LEAST`] are raised to it.
+    /// Returns `Q^-1 x`; variances of `Q` below [`MIN_BLOCK_VARIANCE`] are raised to it.
     pub(crate) fn precise(&self, x: &Vector5<T>) -> Vector5<T> {
         x.component_mul(&Vector5::from(self.precision()))
     }
 
-    /// Returns `L + Q^-1` for the information `L`; variances of `Q` below [`LEAST`] are raised to it.
+    /// Returns `L + Q^-1` for the information `L`; variances of `Q` below [`MIN_BLOCK_VARIANCE`] are raised to it.
     pub(crate) fn with_precision(&self, information: &Information<T>) -> Symmetric5<T> {
         information.0.plus(&Symmetric5::of_diagonal(self.precision()))
     }
 
     fn precision(&self) -> [T; 5] {
-        self.diagonal().map(|q| T::ONE / q.max(T::lit(LEAST)))
+        self.diagonal().map(|q| T::ONE / q.max(T::lit(MIN_BLOCK_VARIANCE)))
     }
 
     /// Returns the equations for the mean extrinsics if the optimum of `of` contains the random effect. With the

@@ -147,7 +147,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn own(&mut self) -> Option<Own<T>> {
         let PairReport { extrinsics, noise_px, .. } = self.report().ok()?;
-        Some(Own { extrinsics, noise_px })
+        Some(Own { pose: RectifyingRotations::from(&extrinsics).into(), noise_px })
     }
 
     #[inline(never)]

@@ -49,17 +49,18 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
         let context = &context(&self.config, &self.factory, &self.fusion);
         let (pose, rows) = self.fusion.rows(context).ok_or(RangeError::NotLocked)?;
+        let pose = pose.rotations();
         let noise = self.fusion.noise() / context.focal;
         let reach = T::lit(RANGE_REACH_PX) / context.focal;
         let most = T::lit(SIGNIFICANT) * (noise + noise);
         let pair = match own {
-            Some(own) => Some(own).filter(|own| is_within_rows(own, &pose, most)),
-            None => self.batch.nearest(&ray, reach, &pose, most).copied(),
+            Some(own) => Some(own).filter(|own| is_within_rows(own, pose, most)),
+            None => self.batch.nearest(&ray, reach, pose, most).copied(),
         };
         let pair = &pair.ok_or(RangeError::NoMatch)?;
         let noise = noise * pair.scale();
         let known = reading.inverse_depth(&ray, baseline_m);
-        let [turn, variance] = known.turn(&pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
+        let [turn, variance] = known.turn(pose, pair, noise * noise).ok_or(RangeError::NoMatch)?;
         let witnessed = self.fusion.mount_mut().witness(rows.turn + turn, variance, &rows, context);
         let [count, _] = &mut self.contradicting;
         count_contradiction(count, witnessed);
@@ -133,7 +134,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let (pose, rows) = self.fusion.rows(context).ok_or(MotionError::NotLocked)?;
         let noise = self.fusion.noise() * T::lit(TRACK_NOISE) / context.focal;
         let change = LensCorrection::NONE.change_to(self.fusion.reference().correction());
-        let Some(found) = fit.advance(&Views { pose: &pose, change, noise }, tracked)? else {
+        let Some(found) = fit.advance(&Views { pose: pose.rotations(), change, noise }, tracked)?
+        else {
             return Ok(None);
         };
         let most = T::lit(MAX_CONFIRMED_YAW_RAD);

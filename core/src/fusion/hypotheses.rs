@@ -39,10 +39,10 @@ impl<T: Scalar> Champion<T> {
     ) -> Result<Finding, Rejection> {
         let mut update = Update::NONE;
         self.hypothesis.next_update(measurement, context, &mut update)?;
-        let was_known = self.hypothesis.vibration_known();
+        let mode = self.hypothesis.mode();
         self.hypothesis.apply(measurement, &mut update, context);
         let Self { hypothesis, detector } = self;
-        if hypothesis.vibration_known() != was_known {
+        if hypothesis.mode() != mode {
             // The variance of the window assumes another kind of rig (rigid or vibrating) for its earlier pairs, or the
             // frame of the sums has changed ([`Hypothesis::apply`]) and the window's moments are in the old frame.
             detector.restart();

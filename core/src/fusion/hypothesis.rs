@@ -5,18 +5,18 @@
 mod conditional;
 mod covariance;
 mod gate;
-mod marginal;
+mod mode;
 mod prior;
 
 use nalgebra::Vector5;
 
 use super::image_halves::ImageHalves;
-use super::marginal_sums::MarginalSums;
 use super::optimum::Optimum;
 use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
+use crate::depth::pose::RowsPose;
 use crate::depth::yaw::RowsYaw;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
@@ -24,6 +24,8 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
+use mode::Mode;
+
 use crate::thresholds::{
     AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_SHARE, FREEDOM_RAD, IMPROVEMENT, MAX_LOCKED_SD_RAD,
     MAX_REDUCED_CHI_SQUARE, WINDOW_DECAY, WINDOW_PAIRS,
@@ -37,14 +39,13 @@ pub(crate) struct Hypothesis<T: Scalar> {
     /// Pose whose rectified frame is the frame of the sums: the pose at which the first pair was evaluated, or the
     /// estimate at the last change of frame.
     frame: RectifyingRotations<T>,
-    /// Moments of all pairs. If rotations of the cameras explain the vibration, each pair is added as if the rig rested
-    /// at `frame`.
+    /// Moments of all pairs.
     sums: Moments<T>,
     /// Normal equations of the last pair about the pose; zero in a restored hypothesis before its first pair.
     last: NormalEquations<T>,
     halves: ImageHalves<T>,
-    /// Normal equations of the same pairs for the mean pose of a vibrating rig; not used for a rigid rig.
-    marginal: MarginalSums<T>,
+    /// How the pairs are added.
+    mode: Mode<T>,
     /// Information of the pairs in the sums, without the prior, 1/rad^2: at the pose for a rigid rig, on the mean pose
     /// for a vibrating rig.
     information: Information<T>,
@@ -64,20 +65,20 @@ pub(crate) struct Hypothesis<T: Scalar> {
     pairs: u32,
 }
 
-/// Moments of one more pair, and the optimum and the marginal sums that include it.
+/// Moments of one more pair, and the optimum and the mode that include it.
 #[derive(Debug)]
 pub(super) struct Update<T: Scalar> {
     /// Moments of the pair, in the frame of the sums.
     pub(super) pair: Moments<T>,
     /// Optimum of the sums with the pair.
     optimum: Optimum<T>,
-    /// Marginal sums including the pair, about the pose before the pair; not used for a rigid rig.
-    marginal: MarginalSums<T>,
+    /// Mode including the pair; its sums are about the pose before the pair.
+    mode: Mode<T>,
 }
 
 impl<T: Scalar> Update<T> {
     pub(super) const NONE: Self =
-        Self { pair: Moments::ZERO, optimum: Optimum::NONE, marginal: MarginalSums::NONE };
+        Self { pair: Moments::ZERO, optimum: Optimum::NONE, mode: Mode::Rigid };
 }
 
 impl<T: Scalar> Hypothesis<T> {
@@ -88,7 +89,7 @@ impl<T: Scalar> Hypothesis<T> {
         sums: Moments::ZERO,
         last: NormalEquations::ZERO,
         halves: ImageHalves::NONE,
-        marginal: MarginalSums::NONE,
+        mode: Mode::Rigid,
         information: Information::ZERO,
         noise: T::ZERO,
         inlier_share: T::ZERO,
@@ -153,7 +154,8 @@ impl<T: Scalar> Hypothesis<T> {
             self.next_marginal(measurement, context, update).ok_or(Rejection::NoRig)?;
             return context.check(&update.optimum.pose);
         }
-        let Update { pair, optimum, .. } = update;
+        let Update { pair, optimum, mode } = update;
+        *mode = Mode::Rigid;
         let mut sums = self.sums;
         sums.scale(context.fading(self.pairs));
         sums.add(pair);
@@ -171,8 +173,8 @@ impl<T: Scalar> Hypothesis<T> {
         update: &mut Update<T>,
         context: &Context<'_, T>,
     ) {
-        let Update { pair, optimum, marginal } = update;
-        if (marginal.variances.of_turns() > T::ZERO) != self.settles_at_rest() {
+        let Update { pair, optimum, mode } = update;
+        if mode.is_turning() != self.mode.is_turning() {
             self.begin_or_end_settling_at_rest(pair);
         }
         self.update_chi_square(measurement, context);
@@ -190,13 +192,26 @@ impl<T: Scalar> Hypothesis<T> {
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.last = measurement.debiased_at(&self.pose);
-        self.settle(pair, &marginal.variances);
-        if marginal.is_used() {
-            self.apply_marginal(measurement, marginal, &moved, context);
-            return;
+        self.settle(pair, mode);
+        match mode {
+            Mode::Rigid => self.add_to_halves(measurement, &moved, context),
+            Mode::Vibrating(_) | Mode::Turning(_) => {
+                self.apply_marginal(measurement, mode, &moved, context);
+            }
         }
+    }
+
+    /// Adds a pair of a rigid rig to the image halves.
+    ///
+    /// * `moved`: step of the pose, rad.
+    fn add_to_halves(
+        &mut self,
+        measurement: &PairMeasurement<T>,
+        moved: &Vector5<T>,
+        context: &Context<'_, T>,
+    ) {
         match self.deviations(context) {
-            Some(sd) => self.halves.follow(&moved, &sd, context),
+            Some(sd) => self.halves.follow(moved, &sd, context),
             None => self.halves = ImageHalves::NONE,
         }
         let to_pose = measurement.pose.unknowns_to(&self.pose);
@@ -207,16 +222,17 @@ impl<T: Scalar> Hypothesis<T> {
     /// frame.
     #[inline(never)]
     pub(super) fn reframe(&mut self) {
-        // While the sums describe a rig at rest, [`Self::settle`] adds each pair in the rectified frame of its own
-        // displaced pose. That frame does not depend on `self.frame`, so the sums need no transformation.
-        if !self.settles_at_rest() {
-            self.sums.change_frame(&self.frame, &self.pose);
+        match self.mode {
+            Mode::Rigid | Mode::Vibrating(_) => self.sums.change_frame(&self.frame, &self.pose),
+            // [`Self::settle`] adds each pair in the rectified frame of its own displaced pose. That frame does not
+            // depend on `self.frame`, so the sums need no transformation.
+            Mode::Turning(_) => {}
         }
         self.frame = self.pose;
     }
 
     /// Replaces the sums, and moves the estimate to their optimum. Adds this step to the drift, and drops the image
-    /// halves and the marginal sums. Returns false, and changes nothing, if the new sums have no admissible optimum.
+    /// halves; the rig counts as rigid. Returns false, and changes nothing, if the new sums have no admissible optimum.
     #[inline(never)]
     pub(super) fn replace(
         &mut self,
@@ -235,7 +251,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.sums = *sums;
         self.pairs = pairs;
         self.halves = ImageHalves::NONE;
-        self.marginal = MarginalSums::NONE;
+        self.mode = Mode::Rigid;
         self.reframe();
         true
     }
@@ -248,6 +264,11 @@ impl<T: Scalar> Hypothesis<T> {
     /// Returns the estimate.
     pub(crate) fn pose(&self) -> &RectifyingRotations<T> {
         &self.pose
+    }
+
+    /// Returns the estimate as the pose that it is: one that makes rows equal.
+    pub(super) fn rows_pose(&self) -> RowsPose<T> {
+        self.pose.into()
     }
 
     /// Returns the rotation about y from the factory extrinsics to the estimate, as the rows show it, rad.

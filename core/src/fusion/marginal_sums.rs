@@ -11,31 +11,21 @@ use crate::scalar::Scalar;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct MarginalSums<T> {
     pub(super) sum: NormalEquations<T>,
-    /// Variances of the vibration that the sums assume, rad^2. Zero if the rig does not vibrate; then nothing is
-    /// summed.
+    /// Variances of the vibration that the sums assume, rad^2.
     pub(super) variances: BlockVariances<T>,
 }
 
 impl<T: Scalar> MarginalSums<T> {
-    pub(super) const NONE: Self =
-        Self { sum: NormalEquations::ZERO, variances: BlockVariances::ZERO };
-
-    pub(super) fn is_used(&self) -> bool {
-        !self.variances.is_zero()
-    }
-
-    /// Starts with the pairs so far, as if each had an equal share of their sum.
+    /// Returns sums of the pairs so far, as if each had an equal share of their sum. `None` if numbers overflow.
     ///
     /// * `sum`: equations of all pairs for a rigid rig, about the pose; `pairs`: number of pairs.
     pub(super) fn start(
-        &mut self,
         sum: &NormalEquations<T>,
         pairs: u32,
         variances: &BlockVariances<T>,
-    ) -> Option<()> {
-        self.sum = mean_of(pairs, variances).marginal(sum)?;
-        self.variances = *variances;
-        Some(())
+    ) -> Option<Self> {
+        let sum = mean_of(pairs, variances).marginal(sum)?;
+        Some(Self { sum, variances: *variances })
     }
 
     /// Follows a variance of the vibration that has doubled or halved. If it has doubled, older pairs lose weight; if

@@ -38,9 +38,9 @@ use crate::algebra::block_variances::BlockVariances;
 use crate::batch::correspondence::RayPair;
 use crate::config::{Context, LensTracking};
 use crate::depth::mount::MountYaw;
+use crate::depth::pose::RowsPose;
 use crate::depth::yaw::RowsYaw;
 use crate::error::Rejection;
-use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::pair_report::{Fused, PairReport};
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
@@ -287,14 +287,11 @@ impl<T: Scalar> Fusion<T> {
         self.association.close();
     }
 
-    /// Returns the pose of the reported estimate, as the row offsets show it, and the yaw of this pose with its
-    /// variance. `None` without an estimate or without a valid covariance.
-    pub(crate) fn rows(
-        &self,
-        context: &Context<'_, T>,
-    ) -> Option<(RectifyingRotations<T>, RowsYaw<T>)> {
+    /// Returns the pose of the reported estimate, and its yaw with the variance. `None` without an estimate or without a
+    /// valid covariance.
+    pub(crate) fn rows(&self, context: &Context<'_, T>) -> Option<(RowsPose<T>, RowsYaw<T>)> {
         let hypothesis = self.hypotheses.reported()?;
-        Some((*hypothesis.pose(), hypothesis.rows_yaw(context)?))
+        Some((hypothesis.rows_pose(), hypothesis.rows_yaw(context)?))
     }
 
     /// Returns the knowledge of the mount yaw, for updates by other measurements.

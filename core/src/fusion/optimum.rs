@@ -10,11 +10,7 @@ use crate::config::Context;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
-use crate::thresholds::{LAST_STEP_SQUARED, MOVED_INFORMATION, OPTIMUM_STEPS};
-
-/// Largest squared Mahalanobis distance of a pose from the optimum of its sums. A first pair that hardly determines a
-/// direction reaches 400.
-pub(super) const MAX_INCONSISTENCY: f64 = 1e4;
+use crate::thresholds::{LAST_STEP_SQUARED, MAX_INCONSISTENCY, MOVED_INFORMATION, OPTIMUM_STEPS};
 
 /// The optimum, and the information of the moments at the optimum.
 #[derive(Debug)]

@@ -1,7 +1,5 @@
 //! The reported estimate, and its part that is applied (`ESTIMATOR.md`, section 16).
 
-use nalgebra::{Vector2, Vector3};
-
 use super::Fusion;
 use super::hypothesis::Hypothesis;
 use super::lens::{HypothesisLens, Knowledge};
@@ -9,6 +7,7 @@ use crate::algebra::information::StandardDeviations;
 use crate::algebra::symmetric5::Symmetric5;
 use crate::config::Context;
 use crate::depth::mount::ReportedYaw;
+use crate::depth::pose::{MountPose, RowsPose};
 use crate::depth::yaw::RowsYaw;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
@@ -64,13 +63,13 @@ impl<T: Scalar> Fusion<T> {
         if !(sd.is_finite() && sd_lens.is_finite()) {
             return None;
         }
-        let extrinsics = with_yaw(pose, yaw.mount, context)?;
+        let extrinsics = with_mount(pose, yaw.mount, context)?;
         let best = CorrectedExtrinsics { extrinsics, correction: *correction };
         let held = held_yaw(yaw, in_use, correction, context);
         let held_best = if held == yaw.mount {
             best
         } else {
-            let extrinsics = with_yaw(pose, held, context)?;
+            let extrinsics = with_mount(pose, held, context)?;
             CorrectedExtrinsics { extrinsics, correction: *correction }
         };
         let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
@@ -124,19 +123,17 @@ impl<T: Scalar> Fusion<T> {
         if in_use.correction != *reference || best.correction != *reference {
             return None;
         }
-        let used = RectifyingRotations::from(&in_use.extrinsics);
-        if yaw.mount.is_some() && yaw.has_turned_from(yaw_of(&used, context)) {
+        let used = MountPose::from(&in_use.extrinsics);
+        if yaw.mount.is_some() && yaw.has_turned_from(used.yaw(context)) {
             return Some(true);
         }
-        // The extrinsics in use are turned to what the rows show, so that the yaw of the lens counts against neither.
-        let used = match yaw.mount {
-            Some(mount) => turned(&used, yaw_of(hypothesis.pose(), context) - mount)?,
-            None => used,
-        };
-        let off = hypothesis.pose().unknowns_to(&used);
+        // Rows are compared with rows, so that the yaw of the lens counts against neither.
+        let lens_yaw = yaw.mount.map_or(T::ZERO, |mount| hypothesis.yaw(context) - mount);
+        let used = used.with_lens(lens_yaw)?;
+        let off = hypothesis.pose().unknowns_to(used.rotations());
         let differs =
             covariance.inverse_form(&off).is_none_or(|form| form >= T::lit(SIGNIFICANT_CHANGE));
-        Some(differs && hypothesis.fits_clearly_better_than(&used))
+        Some(differs && hypothesis.fits_clearly_better_than(used.rotations()))
     }
 
     /// Returns extrinsics with the baseline in use and the `R` fitted to it. Without a fit of `R`, returns the
@@ -160,7 +157,7 @@ impl<T: Scalar> Fusion<T> {
         if let Some(known) = known.filter(|_| hypothesis.fits_clearly_better_than(&held.into())) {
             return *known;
         }
-        let mount = rows.and_then(|rows| with_rotation_turned(&rows, yaw, context));
+        let mount = rows.and_then(|rows| with_rotation_of_mount(&rows, yaw, context));
         mount.map_or(*in_use, |extrinsics| CorrectedExtrinsics { extrinsics, correction })
     }
 
@@ -174,7 +171,7 @@ impl<T: Scalar> Fusion<T> {
         context: &Context<'_, T>,
     ) -> Option<WithLens<T>> {
         if !context.has_lens_prior() {
-            let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
+            let (pose, correction) = (hypothesis.rows_pose(), *self.reference.correction());
             return Some(WithLens { pose, covariance: *covariance, correction, found: None });
         }
         let mut lens = HypothesisLens::EXACT;
@@ -191,7 +188,7 @@ impl<T: Scalar> Fusion<T> {
         covariance: &Symmetric5<T>,
         context: &Context<'_, T>,
     ) -> WithLens<T> {
-        let (pose, correction) = (*hypothesis.pose(), *self.reference.correction());
+        let (pose, correction) = (hypothesis.rows_pose(), *self.reference.correction());
         let found = Some(lens.report(&correction, context.focal));
         let Some(compensated) = self.compensated(&pose, lens, context) else {
             let wide = lens.widen(covariance, &lens.values, context);
@@ -208,7 +205,7 @@ impl<T: Scalar> Fusion<T> {
     fn of_mount(&self, with_lens: &WithLens<T>, context: &Context<'_, T>) -> OfMount<T> {
         let mut estimate = *with_lens;
         let [_, variance, ..] = estimate.covariance.diagonal();
-        let rows = RowsYaw { turn: yaw_of(&estimate.pose, context), variance };
+        let rows = RowsYaw { turn: estimate.pose.yaw(context), variance };
         let yaw = self.mount.reported(&rows, context);
         // The error of the mount's yaw comes from its separation from the lens. It does not depend on the other
         // unknowns, which the rows determine.
@@ -221,20 +218,21 @@ impl<T: Scalar> Fusion<T> {
     /// correction limit, for instance with a far pair that does not observe the baseline.
     fn compensated(
         &self,
-        pose: &RectifyingRotations<T>,
+        pose: &RowsPose<T>,
         lens: &HypothesisLens<T>,
         context: &Context<'_, T>,
-    ) -> Option<RectifyingRotations<T>> {
+    ) -> Option<RowsPose<T>> {
         if !self.reference.compensates() {
             return None;
         }
-        pose.stepped_by(&lens.compensation()).filter(|pose| context.check(pose).is_ok())
+        let pose = pose.rotations().stepped_by(&lens.compensation())?;
+        context.check(&pose).is_ok().then(|| pose.into())
     }
 }
 
 /// The estimate with the yaw of the mount.
 struct OfMount<T: Scalar> {
-    /// Pose as the rows show it. Its covariance belongs to the pose with the yaw of the mount.
+    /// The covariance belongs to the pose with the yaw of the mount.
     estimate: WithLens<T>,
     yaw: ReportedYaw<T>,
 }
@@ -242,7 +240,7 @@ struct OfMount<T: Scalar> {
 /// The estimate with an uncertain lens.
 #[derive(Clone, Copy)]
 struct WithLens<T: Scalar> {
-    pose: RectifyingRotations<T>,
+    pose: RowsPose<T>,
     /// Covariance of the pose, rad^2.
     covariance: Symmetric5<T>,
     /// Lens correction of the cameras that the pose belongs to.
@@ -261,47 +259,35 @@ fn held_yaw<T: Scalar>(
     context: &Context<'_, T>,
 ) -> Option<T> {
     let mount = yaw.mount?;
-    let used = yaw_of(&RectifyingRotations::from(&in_use.extrinsics), context);
+    let used = MountPose::from(&in_use.extrinsics).yaw(context);
     let is_held = in_use.correction == *correction && !yaw.has_turned_from(used);
     Some(if is_held { used } else { mount })
 }
 
-/// Returns the rotation of a pose about y from the factory extrinsics, rad.
-fn yaw_of<T: Scalar>(pose: &RectifyingRotations<T>, context: &Context<'_, T>) -> T {
-    context.factory_pose.unknowns_to(pose).y
+/// Returns the extrinsics of the mount.
+///
+/// * `yaw`: yaw of the mount from the factory extrinsics, rad; `None` if the rows alone determine it.
+fn with_mount<T: Scalar>(
+    rows: &RowsPose<T>,
+    yaw: Option<T>,
+    context: &Context<'_, T>,
+) -> Option<Extrinsics<T>> {
+    rows.with_mount(yaw, context)?.rotations().extrinsics().ok()
 }
 
-/// Returns extrinsics with `R` rotated about the rectified y to a yaw, rad, and `t` unchanged; `None` for the yaw as it
-/// is.
-fn with_rotation_turned<T: Scalar>(
-    of: &Extrinsics<T>,
+/// Returns the extrinsics of the mount from those that the rows show, with `t` unchanged in every bit.
+///
+/// * `yaw`: as for [`with_mount`].
+fn with_rotation_of_mount<T: Scalar>(
+    rows: &Extrinsics<T>,
     yaw: Option<T>,
     context: &Context<'_, T>,
 ) -> Option<Extrinsics<T>> {
     if yaw.is_none() {
-        return Some(*of);
+        return Some(*rows);
     }
-    let turned = with_yaw(&of.into(), yaw, context)?;
-    Extrinsics::try_new(turned.rotation().matrix(), of.translation()).ok()
-}
-
-/// Returns the extrinsics of a pose after a rotation of `R` about y to a yaw relative to the factory extrinsics, rad;
-/// `None` for the yaw as it is.
-fn with_yaw<T: Scalar>(
-    pose: &RectifyingRotations<T>,
-    yaw: Option<T>,
-    context: &Context<'_, T>,
-) -> Option<Extrinsics<T>> {
-    // A step of 0 would introduce rounding errors.
-    match yaw.map(|yaw| yaw - yaw_of(pose, context)).filter(|turn| *turn != T::ZERO) {
-        Some(turn) => turned(pose, turn)?.extrinsics().ok(),
-        None => pose.extrinsics().ok(),
-    }
-}
-
-/// Returns a pose after a rotation of `R` about y, rad.
-fn turned<T: Scalar>(pose: &RectifyingRotations<T>, turn: T) -> Option<RectifyingRotations<T>> {
-    pose.stepped(&(Vector3::y() * turn), &Vector2::zeros())
+    let turned = with_mount(&RectifyingRotations::from(rows).into(), yaw, context)?;
+    Extrinsics::try_new(turned.rotation().matrix(), rows.translation()).ok()
 }
 
 /// Returns the doubts about a hypothesis that follow from matches on one side of the peak
@@ -323,11 +309,11 @@ fn doubts<T: Scalar>(hypothesis: &Hypothesis<T>, exact: bool) -> Reasons {
 ///
 /// * `covariance`: covariance of the estimate, rad^2.
 fn baseline_differs<T: Scalar>(
-    pose: &RectifyingRotations<T>,
+    pose: &RowsPose<T>,
     in_use: &Extrinsics<T>,
     covariance: &Symmetric5<T>,
 ) -> bool {
-    let off = pose.unknowns_to(&RectifyingRotations::from(in_use));
+    let off = pose.rotations().unknowns_to(&RectifyingRotations::from(in_use));
     let [.., a, _, _, _, b, c] = covariance.0;
     let form = c * off.w * off.w - T::lit(2.0) * b * off.w * off.a + a * off.a * off.a;
     form >= T::lit(SIGNIFICANT * SIGNIFICANT) * (a * c - b * b)
@@ -349,7 +335,7 @@ mod tests {
         // The squared distance of a step (x, y), in deviations, is (x^2 - 2 rho x y + y^2) / (1 - rho^2).
         let differs = |x: f64, y: f64| {
             let in_use = truth().stepped_by(&Vector5::new(0.0, 0.0, 0.0, x * sd, y * sd)).unwrap();
-            baseline_differs(&truth(), &in_use.extrinsics().unwrap(), &covariance)
+            baseline_differs(&truth().into(), &in_use.extrinsics().unwrap(), &covariance)
         };
         for (x, y) in [(1.0, 1.0), (1.0, -1.0), (1.0, 0.0), (0.0, 1.0), (0.3, -1.0)] {
             let squared: f64 =

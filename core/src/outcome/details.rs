@@ -4,16 +4,12 @@ use core::fmt;
 
 use crate::batch::correspondence::RayPair;
 use crate::batch::row_offset::pixel_row_offset;
+use crate::depth::pose::{MountPose, RowsPose};
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
-use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::proposal::Proposal;
 use crate::outcome::robust_rms::SquaresBySize;
-use crate::outcome::verdict::with_lens;
 use crate::scalar::Scalar;
-use crate::thresholds::FIRST_ROW_LEVEL;
-
-/// Least row offset in a corner of the image that the text names, px.
-const NAMED_ROWS_PX: f64 = 0.1;
+use crate::thresholds::{FIRST_ROW_LEVEL, NAMED_ROWS_PX};
 
 /// Distances that the depth error is predicted for, m.
 pub const DEPTHS_M: [f64; 4] = [1.0, 2.0, 5.0, 10.0];
@@ -107,16 +103,14 @@ impl<T: Scalar> Details<T> {
     ) -> Option<Self> {
         let changes = [in_use.correction, proposal.correction]
             .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
-        let in_use = RectifyingRotations::from(&in_use.extrinsics);
-        let proposed = RectifyingRotations::from(&proposal.extrinsics);
-        // Both calibrations are turned by the apparent yaw of the lens, so that its row offsets count against neither
-        // of them.
+        let [in_use, proposed] = [&in_use.extrinsics, &proposal.extrinsics].map(MountPose::from);
+        // Rows are compared with rows, so that the yaw of the lens counts against neither calibration.
         let lens_yaw = proposal.lens_yaw.value;
-        let of_rows = [with_lens(&in_use, lens_yaw)?, with_lens(&proposed, lens_yaw)?];
+        let of_rows = [in_use.with_lens(lens_yaw)?, proposed.with_lens(lens_yaw)?];
         let fit = Fit::of(matches, &of_rows, &changes, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
-        let off = proposed.unknowns_to(&in_use);
+        let off = proposed.rotations().unknowns_to(in_use.rotations());
         let yaw_sd = proposal.covariance_lens.m22.sqrt();
         Some(Self {
             in_use_px,
@@ -148,13 +142,13 @@ impl<T: Scalar> Fit<T> {
     /// * `screen`: largest row offset of a match that fits, at unit focal length.
     fn of(
         matches: &[RayPair<T>],
-        calibrations: &[RectifyingRotations<T>; 2],
+        calibrations: &[RowsPose<T>; 2],
         changes: &[Option<RayChange<T>>; 2],
         screen: T,
     ) -> Option<Self> {
         let [mut in_use, mut proposed] = [0_u32; 2];
         let mut squares = [SquaresBySize::none(screen * T::lit(FIRST_ROW_LEVEL)); 3];
-        let [of_used, of_new] = calibrations;
+        let [of_used, of_new] = calibrations.each_ref().map(RowsPose::rotations);
         for pair in matches {
             let [used, new] =
                 changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));

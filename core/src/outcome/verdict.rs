@@ -3,15 +3,12 @@
 
 use core::fmt;
 
-use nalgebra::{Vector2, Vector3};
-
 use crate::batch::correspondence::RayPair;
 use crate::batch::grid::CellSet;
 use crate::batch::row_offset::pixel_row_offset;
 use crate::config::Config;
-use crate::geometry::extrinsics::Extrinsics;
+use crate::depth::pose::{MountPose, RowsPose};
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
-use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
 use crate::outcome::proposal::Proposal;
 use crate::outcome::reasons::{Reason, Reasons};
@@ -172,7 +169,7 @@ impl<T: Scalar> Recent<T> {
 
 /// Solution of a pair alone.
 pub(crate) struct Own<T: Scalar> {
-    pub(crate) extrinsics: Extrinsics<T>,
+    pub(crate) pose: RowsPose<T>,
     /// Noise of a coordinate, px.
     pub(crate) noise_px: T,
 }
@@ -260,8 +257,9 @@ impl<T: Scalar> Evidence<'_, T> {
     #[inline(never)]
     fn depth(&self, nearness: T) -> [T; 3] {
         let Some(proposal) = self.proposal else { return [T::INFINITY; 3] };
-        let in_use = RectifyingRotations::from(&self.in_use.extrinsics);
-        let off = RectifyingRotations::from(&proposal.extrinsics).unknowns_to(&in_use);
+        let [in_use, estimate] =
+            [&self.in_use.extrinsics, &proposal.extrinsics].map(MountPose::from);
+        let off = estimate.rotations().unknowns_to(in_use.rotations());
         let Proposal { covariance_lens: lens, .. } = proposal;
         let [yaw, forward] = [lens.m22, lens.m44];
         let remains = yaw + nearness * forward;
@@ -281,10 +279,9 @@ impl<T: Scalar> Evidence<'_, T> {
         let both = [self.in_use, &next];
         let changes = both
             .map(|of| (of.correction != self.rays).then(|| self.rays.change_to(&of.correction)));
-        // Both calibrations are turned by the apparent yaw of the lens, so that its row offsets count against neither.
-        let [used, next] =
-            both.map(|of| with_lens(&RectifyingRotations::from(&of.extrinsics), lens_yaw));
-        let poses = [RectifyingRotations::from(&own.extrinsics), used?, next?];
+        // Rows are compared with rows, so that the yaw of the lens counts against neither calibration.
+        let [used, next] = both.map(|of| MountPose::from(&of.extrinsics).with_lens(lens_yaw));
+        let poses = [own.pose, used?, next?];
         let limit = T::single(self.config.fit_limit_px);
         let own_px = limit.max(T::lit(SCREEN_NOISES) * own.noise_px);
         // A matcher that tolerates more than the screen finds more.
@@ -292,18 +289,6 @@ impl<T: Scalar> Evidence<'_, T> {
         let screens = [own_px, px].map(|px| px / self.focal);
         Sums::of(matches, &poses, &changes, screens).fit(self.focal)
     }
-}
-
-/// Returns rectifying rotations after a turn by the apparent yaw of the lens. With the yaw of the mount alone, the rows
-/// of the images differ by `a x y`. `None` if the turn is too large.
-pub(super) fn with_lens<T: Scalar>(
-    mount: &RectifyingRotations<T>,
-    yaw: T,
-) -> Option<RectifyingRotations<T>> {
-    if yaw == T::ZERO {
-        return Some(*mount);
-    }
-    mount.stepped(&(Vector3::y() * yaw), &Vector2::zeros())
 }
 
 /// Fit of the calibration in use and of the estimate to a pair.
@@ -352,7 +337,7 @@ impl<T: Scalar> Sums<T> {
     ///   and that fits the others; at unit focal length.
     fn of(
         matches: &[RayPair<T>],
-        [own, used, next]: &[RectifyingRotations<T>; 3],
+        poses: &[RowsPose<T>; 3],
         changes: &[Option<RayChange<T>>; 2],
         [own_screen, screen]: [T; 2],
     ) -> Self {
@@ -364,6 +349,7 @@ impl<T: Scalar> Sums<T> {
             nearness: T::ZERO,
             seen: CellSet::NONE,
         };
+        let [own, used, next] = poses.each_ref().map(RowsPose::rotations);
         let stride = matches.len().div_ceil(JUDGED).max(1);
         for pair in matches.iter().step_by(stride) {
             let Some(offset) =

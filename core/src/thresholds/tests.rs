@@ -7,8 +7,15 @@ use std::fs;
 use std::string::String;
 use std::vec::Vec;
 
-const FILES: [&str; 3] =
-    [include_str!("../thresholds.rs"), include_str!("pair.rs"), include_str!("paper.rs")];
+const FILES: [&str; 7] = [
+    include_str!("geometry.rs"),
+    include_str!("pair.rs"),
+    include_str!("fusion.rs"),
+    include_str!("lens.rs"),
+    include_str!("depth.rs"),
+    include_str!("outcome.rs"),
+    include_str!("paper.rs"),
+];
 
 /// Returns the name and value of a line that defines a threshold.
 fn defined(line: &str) -> Option<(&str, &str)> {

@@ -19,8 +19,8 @@ impl<T: Scalar> Hypothesis<T> {
         let pose = &self.pose_at_rest(&self.pose).unwrap_or(self.pose);
         self.sums.fill_lens(&self.frame, pose, terms.reborrow());
         let mut biased = self.sums.biased_at_pose(&self.frame, pose);
-        if !self.is_rigid() {
-            let mean = self.marginal.variances.scaled(T::ONE / T::count(self.pairs.max(1)));
+        if let Some(marginal) = self.mode.marginal() {
+            let mean = marginal.variances.scaled(T::ONE / T::count(self.pairs.max(1)));
             terms.marginalise(&mean, &mut biased);
         }
         biased
@@ -52,7 +52,7 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) -> Option<Extrinsics<T>> {
         let mut pose = self.pose;
-        let steps = if self.marginal.is_used() { 1 } else { OPTIMUM_STEPS };
+        let steps = if self.is_rigid() { OPTIMUM_STEPS } else { 1 };
         for _ in 0..steps {
             pose = pose.stepped_by(&self.step_with_baseline_of(target, &pose, context)?)?;
         }
@@ -69,10 +69,9 @@ impl<T: Scalar> Hypothesis<T> {
     ) -> Option<Vector5<T>> {
         let to_target = pose.unknowns_to(target);
         let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
-        let mut normal = if self.marginal.is_used() {
-            self.marginal.sum
-        } else {
-            self.sums.at_pose(&self.frame, pose)
+        let mut normal = match self.mode.marginal() {
+            Some(marginal) => marginal.sum,
+            None => self.sums.at_pose(&self.frame, pose),
         };
         context.add_prior(pose, &mut normal);
         Some(normal.about(&across).rotation_only().step()? + across)

@@ -3,9 +3,11 @@
 use nalgebra::Vector5;
 
 use super::Hypothesis;
+use super::mode::Mode;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
+use crate::fusion::marginal_sums::MarginalSums;
 use crate::fusion::optimum::are_at_optimum;
 use crate::fusion::prior::Prior;
 use crate::geometry::rectification::RectifyingRotations;
@@ -94,8 +96,8 @@ impl<T: Scalar> Hypothesis<T> {
         let squares = weights * deviation * deviation * T::lit(2.0);
         self.sums.set_prior(&equations, &prior.response, squares);
         if !context.vibration.is_zero() {
-            self.marginal.sum = normal;
-            self.marginal.variances = context.vibration.at_least_rigid();
+            let variances = context.vibration.at_least_rigid();
+            self.mode = Mode::of(MarginalSums { sum: normal, variances });
         }
         [self.inlier_share, self.crowd] = prior.shares;
         self.high_leverage = prior.high_leverage;

@@ -313,7 +313,7 @@ fn sums_have_their_optimum_at_the_estimate_while_cameras_turn_and_after() {
         let shake = if turns { rng.random_range(-3e-3..3e-3) } else { 0.0 };
         let context = if turns { &turning } else { &rigid };
         add(&mut hypothesis, &at(shake, seed), context);
-        assert_eq!(hypothesis.settles_at_rest(), turns, "{seed}");
+        assert_eq!(hypothesis.mode.is_turning(), turns, "{seed}");
         if turns {
             last_turning = hypothesis.deviations(context).unwrap().rotation;
         }

@@ -2,16 +2,13 @@
 
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, VIBRATION_DEVIATIONS, VIBRATION_HYSTERESIS,
-    VIBRATION_RAD, VIBRATION_RATIO,
+    MAX_VIBRATION_RAD, MIN_VIBRATION_SAMPLES, VIBRATION_CLIP, VIBRATION_DEVIATIONS,
+    VIBRATION_HYSTERESIS, VIBRATION_RAD, VIBRATION_RATIO,
 };
 
 /// Number of samples of the median, as a size of arrays and for comparison with counts.
 pub(super) const SAMPLES: usize = 11;
 pub(super) const RING: u32 = 11;
-
-/// Multiple of the sum of median and standard deviation at which a sample of the mean is clipped.
-const CLIPPED: f64 = 6.0;
 
 /// Standard deviation of the median of normal numbers over the standard deviation of their mean.
 const MEDIAN_DEVIATION: f64 = 1.2533;
@@ -65,7 +62,7 @@ impl<T: Scalar> Samples<T> {
         self.deviation += (deviation - self.deviation) / T::count(count.clamp(1, RING));
         let [median, _] = self.median(newest(count));
         // The limit clips the contribution of a knock.
-        let largest = (median.max(T::ZERO) + spread) * T::lit(CLIPPED);
+        let largest = (median.max(T::ZERO) + spread) * T::lit(VIBRATION_CLIP);
         self.mean += (mean.min(largest) - self.mean) / T::count(count.max(1));
         // A mean below 1/4 or above 16 times the median is stale, and restarts at the median. The upper limit is wider,
         // because medians of a few samples are more often too low than too high.

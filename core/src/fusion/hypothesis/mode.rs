@@ -1,4 +1,7 @@
-//! A hypothesis of a vibrating rig. Each pair is weighted by its information on the mean rig.
+//! Mode of a hypothesis: a rigid rig, a vibrating rig, or a vibrating rig whose cameras turn (`ESTIMATOR.md`, section
+//! 14).
+
+use core::mem::{self, Discriminant};
 
 use nalgebra::Vector5;
 
@@ -7,15 +10,57 @@ use crate::algebra::block_variances::BlockVariances;
 use crate::algebra::moments::Moments;
 use crate::config::Context;
 use crate::fusion::image_halves::ImageHalves;
-use crate::fusion::optimum::MAX_INCONSISTENCY;
+use crate::fusion::marginal_sums::MarginalSums;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
+use crate::thresholds::MAX_INCONSISTENCY;
+
+/// How the pairs of a hypothesis are added.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::fusion) enum Mode<T> {
+    /// The rig is rigid.
+    Rigid,
+    /// The extrinsics vibrate. Each pair is weighted by its information on the mean rig.
+    Vibrating(MarginalSums<T>),
+    /// As [`Mode::Vibrating`], and rotations of the cameras explain the vibration. The moments of each pair are added as
+    /// if the rig rested at the frame of the sums ([`Hypothesis::settle`]).
+    Turning(MarginalSums<T>),
+}
+
+impl<T: Scalar> Mode<T> {
+    /// Returns the mode of a vibrating rig.
+    pub(super) fn of(marginal: MarginalSums<T>) -> Self {
+        if marginal.variances.of_turns() > T::ZERO {
+            Self::Turning(marginal)
+        } else {
+            Self::Vibrating(marginal)
+        }
+    }
+
+    /// Returns the sums of a vibrating rig; `None` for a rigid rig.
+    pub(super) fn marginal(&self) -> Option<&MarginalSums<T>> {
+        match self {
+            Self::Rigid => None,
+            Self::Vibrating(marginal) | Self::Turning(marginal) => Some(marginal),
+        }
+    }
+
+    /// Returns whether the moments of each pair are added as if the rig rested.
+    pub(super) fn is_turning(&self) -> bool {
+        matches!(self, Self::Turning(_))
+    }
+}
 
 impl<T: Scalar> Hypothesis<T> {
     /// Returns whether the pairs are weighted as for a rigid rig.
     pub(in crate::fusion) fn is_rigid(&self) -> bool {
-        !self.marginal.is_used()
+        matches!(self.mode, Mode::Rigid)
+    }
+
+    /// Returns the mode, to tell whether an update has changed it.
+    pub(in crate::fusion) fn mode(&self) -> Discriminant<Mode<T>> {
+        mem::discriminant(&self.mode)
     }
 
     /// Returns the variances of the vibration that the hypothesis assumes, rad^2; zero for a rigid rig. Once the pairs
@@ -45,11 +90,16 @@ impl<T: Scalar> Hypothesis<T> {
     /// as if the rig rested at the frame of the sums. For this, its moments are transformed to the rectified frame of
     /// its own displaced extrinsics. In that frame the rotations do not affect the residuals.
     ///
-    /// * `variances`: variances of the vibration, rad^2; zero for a rigid rig.
+    /// * `mode`: mode after the pair.
     #[inline(never)]
-    pub(super) fn settle(&mut self, pair: &Moments<T>, variances: &BlockVariances<T>) {
-        let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
-        let own = if turns.is_zero() { None } else { self.displaced_optimum(pair, &turns) };
+    pub(super) fn settle(&mut self, pair: &Moments<T>, mode: &Mode<T>) {
+        let own = match mode {
+            Mode::Rigid | Mode::Vibrating(_) => None,
+            Mode::Turning(MarginalSums { variances, .. }) => {
+                let turns = BlockVariances { rotation: variances.of_turns(), baseline: T::ZERO };
+                self.displaced_optimum(pair, &turns)
+            }
+        };
         let mut at_rest = *pair;
         if let Some(own) = own {
             at_rest.change_frame(&self.frame, &own);
@@ -62,21 +112,12 @@ impl<T: Scalar> Hypothesis<T> {
         &self,
         pose: &RectifyingRotations<T>,
     ) -> Option<RectifyingRotations<T>> {
-        if !self.settles_at_rest() {
-            return Some(*pose);
+        match &self.mode {
+            Mode::Rigid | Mode::Vibrating(_) => Some(*pose),
+            Mode::Turning(MarginalSums { variances, .. }) => self
+                .displaced_optimum(&self.sums, variances)?
+                .stepped_by(&self.pose.unknowns_to(pose)),
         }
-        self.displaced_optimum(&self.sums, &self.marginal.variances)?
-            .stepped_by(&self.pose.unknowns_to(pose))
-    }
-
-    /// Returns whether a vibration is known, and whether rotations of the cameras explain it.
-    pub(in crate::fusion) fn vibration_known(&self) -> (bool, bool) {
-        (!self.is_rigid(), self.settles_at_rest())
-    }
-
-    /// Returns whether each pair is added as if the rig rested at the frame of the sums ([`Self::settle`]).
-    pub(super) fn settles_at_rest(&self) -> bool {
-        self.marginal.variances.of_turns() > T::ZERO
     }
 
     /// Returns the most probable pose of the rig that the sums describe, if a random effect displaces this rig from the
@@ -103,16 +144,20 @@ impl<T: Scalar> Hypothesis<T> {
         update: &mut Update<T>,
     ) -> Option<()> {
         let now = self.vibration(context);
-        let Update { marginal, optimum, .. } = update;
-        *marginal = self.marginal;
-        if self.is_rigid() {
-            let sum = self.sums.debiased_at_pose(&self.frame, &self.pose);
-            marginal.start(&sum, self.pairs, &now)?;
-        } else {
-            marginal.follow(self.pairs, &now)?;
-        }
+        let Update { mode, optimum, .. } = update;
+        let mut marginal = match self.mode {
+            Mode::Rigid => {
+                let sum = self.sums.debiased_at_pose(&self.frame, &self.pose);
+                MarginalSums::start(&sum, self.pairs, &now)?
+            }
+            Mode::Vibrating(mut marginal) | Mode::Turning(mut marginal) => {
+                marginal.follow(self.pairs, &now)?;
+                marginal
+            }
+        };
         let pair = measurement.debiased_at(&self.pose);
         marginal.add(&pair, &now, context.fading(self.pairs))?;
+        *mode = Mode::of(marginal);
         optimum.information = marginal.sum.information;
         let mut joint = marginal.sum.with_prior(context.prior);
         joint.gradient -= self.pose.unknowns_to(&context.factory_pose) * context.prior;
@@ -127,12 +172,12 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Applies the parts of an update that only a vibrating rig needs.
     ///
-    /// * `moved`: step of the pose, rad.
+    /// * `mode`: mode after the pair; `moved`: step of the pose, rad.
     #[inline(never)]
     pub(super) fn apply_marginal(
         &mut self,
         measurement: &PairMeasurement<T>,
-        marginal: &super::MarginalSums<T>,
+        mode: &Mode<T>,
         moved: &Vector5<T>,
         context: &Context<'_, T>,
     ) {
@@ -148,8 +193,10 @@ impl<T: Scalar> Hypothesis<T> {
                 self.halves = ImageHalves::NONE;
             }
         }
-        self.marginal = *marginal;
-        self.marginal.shift(moved);
+        self.mode = *mode;
+        if let Mode::Vibrating(marginal) | Mode::Turning(marginal) = &mut self.mode {
+            marginal.shift(moved);
+        }
         self.halves.fade(context);
         let alone = measurement.moments.biased_at_frame().debiased().with_prior(context.prior);
         if let Some(own) = alone.step() {
