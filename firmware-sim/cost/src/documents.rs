@@ -13,6 +13,22 @@ const PAGE: &str = "host-tests/evidence/tables/costs.md";
 /// The part of the core's documentation with the longest calls.
 const REAL_TIME: &str = "core/docs/real-time.md";
 
+/// Modules of the core with a row in core/BUILDS.md.
+const MODULES: [&str; 12] = [
+    "fusion",
+    "pair",
+    "algebra",
+    "geometry",
+    "calibrator",
+    "outcome",
+    "depth",
+    "batch",
+    "link",
+    "store",
+    "record",
+    "paper",
+];
+
 /// Board, scalar and optimisation of a column.
 type Column = [&'static str; 3];
 
@@ -31,7 +47,7 @@ pub(crate) fn write(root: &Path, table: &Table) -> Result<()> {
 }
 
 /// The documents, by path, with the figures of a table.
-fn updated(root: &Path, table: &Table) -> Result<[(&'static str, String); 4]> {
+fn updated(root: &Path, table: &Table) -> Result<[(&'static str, String); 5]> {
     let of = |path: &'static str, rows: Vec<(&str, Vec<String>)>| {
         let text = fs::read_to_string(root.join(path)).with_context(|| path.to_owned())?;
         let text = rows.iter().try_fold(text, |text, (label, cells)| replaced(&text, label, cells));
@@ -39,7 +55,8 @@ fn updated(root: &Path, table: &Table) -> Result<[(&'static str, String); 4]> {
     };
     let evidence = of("host-tests/EVIDENCE.md", evidence(table)?)?;
     let real_time = (REAL_TIME, real_time(table)?);
-    Ok([(PAGE, page(table)), real_time, evidence, of("README.md", readme(table)?)?])
+    let builds = of("core/BUILDS.md", builds(table)?)?;
+    Ok([(PAGE, page(table)), real_time, builds, evidence, of("README.md", readme(table)?)?])
 }
 
 /// The longest calls, for the page of the core.
@@ -100,6 +117,25 @@ fn real_time(table: &Table) -> Result<String> {
         at_most("frame of 1000 wire to fused acquiring")?,
         at_most("update of 256 of mismatches")?,
     ))
+}
+
+/// Flash of the builds and of the modules of the core.
+fn builds(table: &Table) -> Result<Vec<(&'static str, Vec<String>)>> {
+    let columns = [M4F, M4F_SMALL];
+    let both = |what: &str| {
+        let size = |column| anyhow::Ok(kilobytes(figure(table, column, what)?.value, 1));
+        columns.map(size).into_iter().collect::<Result<Vec<_>>>()
+    };
+    let mut rows = vec![
+        ("the estimator", both("flash: code and constants")?),
+        ("records and the flash store, in addition", both("flash: records and store")?),
+    ];
+    for module in MODULES {
+        let alone = both(&format!("flash of {module}")).unwrap_or_else(|_| vec![String::new(); 2]);
+        let every = both(&format!("flash of {module} with every call"))?;
+        rows.push((module, [alone, every].concat()));
+    }
+    Ok(rows)
 }
 
 /// All figures, a line for each of the first column.

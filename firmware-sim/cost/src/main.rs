@@ -3,6 +3,7 @@
 
 mod compare;
 mod documents;
+mod flash;
 mod measurement;
 mod table;
 
@@ -14,9 +15,10 @@ use anyhow::{Result, ensure};
 use clap::Parser;
 use emulator::{BOARDS, Board};
 
+use measurement::Measured;
 use table::{Row, Table};
 
-/// Measure the core on an emulated controller: instructions and stack of every call, flash and RAM.
+/// Measure the core on an emulated controller: instructions and stack of every call, flash and RAM, the largest functions.
 ///
 /// Builds programs for a Cortex-M4F (f32) and a Cortex-M7 (f32, f64) with .cargo/for-target, runs them
 /// in QEMU and prints their counts. QEMU executes one instruction per 1024 ns of its virtual time. The
@@ -89,13 +91,15 @@ fn run(args: &Args) -> Result<()> {
     // Read first, so that a damaged table is an error before minutes of builds.
     let committed = args.check.then(|| Table::read(&table_file())).transpose()?;
     let boards = args.board.map_or_else(|| BOARDS.iter().collect(), |board| vec![board]);
-    let table = measurement::measure(&boards, args.opt.as_deref(), args.repeat)?;
-    print(&table);
+    let measured = measurement::measure(&boards, args.opt.as_deref(), args.repeat)?;
+    let Measured { table, functions } = &measured;
+    print(table);
+    println!("\n{}", flash::largest(functions));
     if args.update {
         fs::write(table_file(), table.text())?;
-        documents::write(&emulator::root(), &table)?;
+        documents::write(&emulator::root(), table)?;
     }
-    committed.map_or(Ok(()), |committed| check(&committed, &table, args))
+    committed.map_or(Ok(()), |committed| check(&committed, table, args))
 }
 
 fn print(table: &Table) {

@@ -10,6 +10,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use clap::builder::PossibleValuesParser;
 use emulator::Board;
 
+use crate::flash::Functions;
 use crate::table::{Row, Table};
 
 /// Cargo profiles of the workspace, and their `opt-level`.
@@ -22,6 +23,13 @@ pub(crate) fn opts() -> PossibleValuesParser {
 
 /// Programs that give the size of the core, on the first board only.
 const SIZES: [&str; 3] = ["bare", "facade", "facade-store"];
+
+/// The figures and the functions of all builds.
+pub(crate) struct Measured {
+    pub(crate) table: Table,
+    /// The functions of each build of the first board.
+    pub(crate) functions: Vec<Functions>,
+}
 
 /// Longest run. A program that faults loops forever.
 const TIMEOUT: Duration = Duration::from_secs(600);
@@ -38,7 +46,11 @@ struct Variant {
 ///
 /// * `opt`: the only `opt-level` to measure; `None` for all.
 /// * `repeat`: runs of each program, which must all print the same.
-pub(crate) fn measure(boards: &[&'static Board], opt: Option<&str>, repeat: u16) -> Result<Table> {
+pub(crate) fn measure(
+    boards: &[&'static Board],
+    opt: Option<&str>,
+    repeat: u16,
+) -> Result<Measured> {
     let variants = boards
         .iter()
         .flat_map(|&board| PROFILES.map(|(profile, opt)| Variant { board, profile, opt }))
@@ -50,16 +62,21 @@ pub(crate) fn measure(boards: &[&'static Board], opt: Option<&str>, repeat: u16)
         let join = |thread: ScopedJoinHandle<'_, _>| {
             thread.join().map_err(|_| anyhow!("a measurement panicked"))?
         };
-        threads.into_iter().map(join).collect::<Result<Vec<Table>>>()
+        threads.into_iter().map(join).collect::<Result<Vec<Measured>>>()
     })?;
-    let compiler = all.first().context("no board")?.compiler.clone();
-    let same = all.iter().all(|table| table.compiler == compiler);
+    let compiler = all.first().context("no board")?.table.compiler.clone();
+    let same = all.iter().all(|measured| measured.table.compiler == compiler);
     ensure!(same, "different compilers built the programs");
-    Ok(Table { compiler, rows: all.into_iter().flat_map(|table| table.rows).collect() })
+    let (mut rows, mut functions) = (Vec::new(), Vec::new());
+    for measured in all {
+        rows.extend(measured.table.rows);
+        functions.extend(measured.functions);
+    }
+    Ok(Measured { table: Table { compiler, rows }, functions })
 }
 
 impl Variant {
-    fn measure(self, repeat: u16) -> Result<Table> {
+    fn measure(self, repeat: u16) -> Result<Measured> {
         let Self { board, profile, opt } = self;
         let has_sizes = board == &emulator::BOARDS[0];
         let sizes = SIZES.iter().filter(|_| has_sizes).map(|&name| name.to_owned());
@@ -71,22 +88,30 @@ impl Variant {
             cargo.args(sizes.chain(costs).flat_map(|name| ["--bin".into(), name]))
         })?;
         let path = |name: &str| built.get(name).with_context(|| format!("cargo built no {name}"));
-        let (mut rows, mut compiler) = (Vec::new(), None);
+        let (mut rows, mut functions, mut compiler) = (Vec::new(), Vec::new(), None);
         for scalar in board.scalars {
             let program = path(&format!("cost-{scalar}"))?;
             eprintln!("runs {scalar} on {}, opt-level {opt}", board.name);
             let text = repeated(board, program, repeat)?;
             rows.extend(printed(&text, [board.name, scalar, opt])?);
             compiler = Some(compiler_of(program)?);
+            if has_sizes {
+                functions.push(Functions::of(program, opt)?);
+            }
         }
         if has_sizes {
             let [bare, facade, store] = SIZES.map(|name| path(name).and_then(|path| size(path)));
             let all = sizes_of_core(bare?, facade?, store?);
             let row = |(what, value)| Row::new([board.name, "f32", opt, what], "bytes", value);
             rows.extend(all.map(row));
+            let estimator = Functions::of(path("facade")?, opt)?;
+            rows.extend(modules(&estimator, "", [board.name, "f32", opt]));
+            for every in &functions {
+                rows.extend(modules(every, " with every call", [board.name, "f32", opt]));
+            }
         }
         let compiler = compiler.context("the board has no scalar")?;
-        Ok(Table { compiler, rows })
+        Ok(Measured { table: Table { compiler, rows }, functions })
     }
 }
 
@@ -127,6 +152,13 @@ fn sizes_of_core(bare: Size, facade: Size, store: Size) -> [(&'static str, u64);
         ("RAM: statics", data + zeroed),
         ("flash: records and store", less(store, facade, 0)),
     ]
+}
+
+/// Flash of each module of the core in a program.
+fn modules(functions: &Functions, which: &str, [board, scalar, opt]: [&str; 3]) -> Vec<Row> {
+    let modules = functions.modules().into_iter();
+    let what = |module| format!("flash of {module}{which}");
+    modules.map(|(m, bytes)| Row::new([board, scalar, opt, &what(m)], "bytes", bytes)).collect()
 }
 
 /// Size of a program, as `arm-none-eabi-size` prints it.
