@@ -145,24 +145,28 @@ fn page(table: &Table) -> String {
     let mut text = format!(
         "# Cost on a controller\n\n\
          `cargo controller-cost --update` writes this page. Programs of rustc {}, fat LTO, in QEMU, which counts \
-         instructions\nexactly. Scene: 256 matches, 30 % outliers. Numbers without a unit are instructions. Times \
-         assume 1.5 cycles an\ninstruction at 168 MHz (m4f, Cortex-M4F) and 1.0 at 480 MHz (m7, Cortex-M7); they are \
-         not measured.\n\n| | {} |\n|---|{}\n",
+         instructions\nexactly. Scene: 256 matches, 30 % outliers. Numbers without a unit are instructions. Times are not \
+         measured.\nm4f: cycles of [the model](../../../firmware-sim/cycles/README.md) of the Cortex-M4F at 168 MHz, flash \
+         without wait states.\nm7: one cycle an instruction at 480 MHz, because the manual of the Cortex-M7 has no table of \
+         cycles.\n\n| | {} |\n|---|{}\n",
         table.compiler,
         heads.join(" | "),
         "--:|".repeat(columns.len()),
     );
-    let whats = table.rows.iter().filter(|row| row.key[..3] == M4F).map(|row| &row.key[3]);
-    for what in whats {
-        let cell = |[board, scalar, opt]: Column| table.get([board, scalar, opt, what]).map(cell);
+    let rows = table.rows.iter().filter(|row| row.key[..3] == M4F && !row.is_in_cycles());
+    for what in rows.map(|row| &row.key[3]) {
+        let cell = |[board, scalar, opt]: Column| {
+            let key = [board, scalar, opt, what];
+            table.get(key).map(|row| cell(row, table.ms(key)))
+        };
         let cells = columns.map(|column| cell(column).unwrap_or_default());
         text += &["| ", what, " | ", &cells.join(" | "), " |\n"].concat();
     }
     text
 }
 
-fn cell(row: &Row) -> String {
-    match row.ms().filter(|_| row.value >= 10_000) {
+fn cell(row: &Row, ms: Option<f64>) -> String {
+    match ms.filter(|_| row.value >= 10_000) {
         Some(ms) => format!("{} k, {ms:.2} ms", grouped((row.value + 500) / 1000)),
         None if row.unit == "bytes" => format!("{} bytes", grouped(row.value)),
         None => grouped(row.value),
@@ -188,8 +192,9 @@ fn figure<'a>(table: &'a Table, [board, scalar, opt]: Column, what: &str) -> Res
     table.get([board, scalar, opt, what]).with_context(|| format!("no figure {board}, {what}"))
 }
 
-fn ms(table: &Table, column: Column, what: &str) -> Result<String> {
-    let ms = figure(table, column, what)?.ms().context("not in instructions")?;
+fn ms(table: &Table, [board, scalar, opt]: Column, what: &str) -> Result<String> {
+    let ms = table.ms([board, scalar, opt, what]);
+    let ms = ms.with_context(|| format!("no time of {board}, {what}"))?;
     Ok(format!("{ms:.1} ms"))
 }
 
@@ -288,10 +293,10 @@ mod tests {
 
     #[test]
     fn numbers_read_as_in_print() {
-        let of = |unit, value| cell(&Row::new(["m4f", "f32", "3", "push"], unit, value));
-        assert_eq!(of("instructions", 9_999), "9,999");
-        assert_eq!(of("instructions", 1_221_455), "1,221 k, 10.91 ms");
-        assert_eq!(of("bytes", 11_756), "11,756 bytes");
+        let of = |unit, value, ms| cell(&Row::new(["m4f", "f32", "3", "push"], unit, value), ms);
+        assert_eq!(of("instructions", 9_999, Some(0.1)), "9,999");
+        assert_eq!(of("instructions", 1_221_455, Some(10.906)), "1,221 k, 10.91 ms");
+        assert_eq!(of("bytes", 11_756, None), "11,756 bytes");
         assert_eq!(kilobytes(11_756, 1), "11.8 kB");
     }
 }

@@ -26,8 +26,9 @@ use table::{Row, Table};
 /// rig starts 5 degrees off about each axis, is knocked by half a degree about each, and then gets
 /// batches of outliers until the state is lost.
 ///
-/// Times are estimates: 1.5 cycles an instruction at 168 MHz (Cortex-M4F), 1.0 at 480 MHz (Cortex-M7),
-/// memory without wait states.
+/// Times are estimates. Cortex-M4F at 168 MHz: a plugin of QEMU adds the cycles of each instruction by the table of the
+/// processor's manual, with the longest refill of the pipeline and the longest division. Cortex-M7 at 480 MHz: one cycle
+/// an instruction, because its manual has no such table. Flash has no wait states, as behind a cache that always hits.
 ///
 /// Counts repeat exactly, but differ between compiler versions. firmware-sim/cost/costs.csv is the
 /// committed table; its first line names the compiler that built the programs.
@@ -63,6 +64,12 @@ struct Args {
     #[arg(long, value_parser = measurement::opts(), conflicts_with = "update")]
     opt: Option<String>,
 
+    /// Wait states of the flash in the cycles of the Cortex-M4F, without cache and prefetch: each run of instructions
+    /// waits for each 16 bytes.
+    #[arg(long, value_name = "N", default_value_t = 0, conflicts_with_all = ["check", "update"])]
+    #[arg(value_parser = clap::value_parser!(u32).range(0..=15))]
+    wait_states: u32,
+
     /// Write the committed table, and its figures into the documents.
     #[arg(long)]
     update: bool,
@@ -91,7 +98,8 @@ fn run(args: &Args) -> Result<()> {
     // Read first, so that a damaged table is an error before minutes of builds.
     let committed = args.check.then(|| Table::read(&table_file())).transpose()?;
     let boards = args.board.map_or_else(|| BOARDS.iter().collect(), |board| vec![board]);
-    let measured = measurement::measure(&boards, args.opt.as_deref(), args.repeat)?;
+    let measured =
+        measurement::measure(&boards, args.opt.as_deref(), args.wait_states, args.repeat)?;
     let Measured { table, functions } = &measured;
     print(table);
     println!("\n{}", flash::largest(functions));

@@ -31,6 +31,9 @@ pub(crate) struct Measured {
     pub(crate) functions: Vec<Functions>,
 }
 
+/// Cycles to fill the pipeline after a branch. The manual gives 1 to 3.
+const REFILL: u32 = 3;
+
 /// Longest run. A program that faults loops forever.
 const TIMEOUT: Duration = Duration::from_secs(600);
 
@@ -45,12 +48,16 @@ struct Variant {
 /// Measures every variant of some boards.
 ///
 /// * `opt`: the only `opt-level` to measure; `None` for all.
+/// * `wait`: wait states of the flash, for each line of 128 bits.
 /// * `repeat`: runs of each program, which must all print the same.
 pub(crate) fn measure(
     boards: &[&'static Board],
     opt: Option<&str>,
+    wait: u32,
     repeat: u16,
 ) -> Result<Measured> {
+    let plugin = emulator::cycle_counter()?;
+    let plugin = &format!("{},refill={REFILL},wait={wait}", plugin.display());
     let variants = boards
         .iter()
         .flat_map(|&board| PROFILES.map(|(profile, opt)| Variant { board, profile, opt }))
@@ -58,7 +65,7 @@ pub(crate) fn measure(
     // A thread per variant: a link and an emulator take one core each.
     let all = thread::scope(|scope| {
         let threads: Vec<_> =
-            variants.map(|variant| scope.spawn(move || variant.measure(repeat))).collect();
+            variants.map(|variant| scope.spawn(move || variant.measure(plugin, repeat))).collect();
         let join = |thread: ScopedJoinHandle<'_, _>| {
             thread.join().map_err(|_| anyhow!("a measurement panicked"))?
         };
@@ -76,7 +83,7 @@ pub(crate) fn measure(
 }
 
 impl Variant {
-    fn measure(self, repeat: u16) -> Result<Measured> {
+    fn measure(self, plugin: &str, repeat: u16) -> Result<Measured> {
         let Self { board, profile, opt } = self;
         let has_sizes = board == &emulator::BOARDS[0];
         let sizes = SIZES.iter().filter(|_| has_sizes).map(|&name| name.to_owned());
@@ -92,8 +99,14 @@ impl Variant {
         for scalar in board.scalars {
             let program = path(&format!("cost-{scalar}"))?;
             eprintln!("runs {scalar} on {}, opt-level {opt}", board.name);
-            let text = repeated(board, program, repeat)?;
+            let text = repeated(board, program, &["-icount", "shift=10"], repeat)?;
             rows.extend(printed(&text, [board.name, scalar, opt])?);
+            if board.cycles.is_none() {
+                let text = repeated(board, program, &["-plugin", plugin], repeat)?;
+                rows.extend(
+                    printed(&text, [board.name, scalar, opt])?.iter().filter_map(Row::in_cycles),
+                );
+            }
             compiler = Some(compiler_of(program)?);
             if has_sizes {
                 functions.push(Functions::of(program, opt)?);
@@ -115,8 +128,8 @@ impl Variant {
     }
 }
 
-fn repeated(board: &Board, program: &Path, repeat: u16) -> Result<String> {
-    let run = || emulator::output(board, program, &["-icount", "shift=10"], TIMEOUT);
+fn repeated(board: &Board, program: &Path, options: &[&str], repeat: u16) -> Result<String> {
+    let run = || emulator::output(board, program, options, TIMEOUT);
     let first = run()?;
     for _ in 1..repeat {
         ensure!(run()? == first, "{} counts differently in another run", program.display());

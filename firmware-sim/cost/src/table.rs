@@ -7,6 +7,8 @@ use anyhow::{Context, Result, ensure};
 use emulator::Board;
 
 const COMPILER: &str = "# rustc ";
+/// Before the name of a figure in cycles.
+const CYCLES_OF: &str = "cycles of ";
 const COLUMNS: &str = "board,scalar,opt,what,unit,value";
 
 /// One figure.
@@ -29,10 +31,28 @@ impl Row {
         Some(Self::new([board, scalar, opt, what], unit, value.parse().ok()?))
     }
 
-    /// Time estimated from instructions, ms: the emulator counts no cycles. `None` for other units.
+    /// The row of the same figure in cycles, of a run that counts cycles in place of instructions.
+    pub(crate) fn in_cycles(&self) -> Option<Self> {
+        let per = self.unit.strip_prefix("instructions")?;
+        let [board, scalar, opt, what] = self.key.clone();
+        let key = [board, scalar, opt, format!("{CYCLES_OF}{what}")];
+        Some(Self { key, unit: format!("cycles{per}"), value: self.value })
+    }
+
+    /// Whether it has the cycles of another row.
+    pub(crate) fn is_in_cycles(&self) -> bool {
+        self.key[3].starts_with(CYCLES_OF)
+    }
+
+    /// Time, ms: from cycles, or from instructions on a board without a count of cycles. `None` for other units.
     pub(crate) fn ms(&self) -> Option<f64> {
-        let board = Board::named(&self.key[0]).filter(|_| self.unit == "instructions")?;
-        Some(as_f64(self.value) * board.cycles / board.hertz * 1e3)
+        let board = Board::named(&self.key[0])?;
+        let cycles = match self.unit.as_str() {
+            "cycles" => 1.0,
+            "instructions" => board.cycles?,
+            _ => return None,
+        };
+        Some(as_f64(self.value) * cycles / board.hertz * 1e3)
     }
 }
 
@@ -70,6 +90,12 @@ impl Table {
         let rows = self.rows.iter();
         let rows = rows.map(|row| format!("{},{},{}\n", row.key.join(","), row.unit, row.value));
         format!("{COMPILER}{}\n{COLUMNS}\n{}", self.compiler, rows.collect::<String>())
+    }
+
+    /// Time of the figure with a key, ms.
+    pub(crate) fn ms(&self, [board, scalar, opt, what]: [&str; 4]) -> Option<f64> {
+        let counted = self.get([board, scalar, opt, &format!("{CYCLES_OF}{what}")]);
+        counted.or_else(|| self.get([board, scalar, opt, what]))?.ms()
     }
 
     /// The figure with a key.
@@ -111,9 +137,17 @@ mod tests {
     }
 
     #[test]
-    fn instructions_take_time_and_bytes_take_none() {
-        let ms = |unit, value| Row::new(["m4f", "f32", "3", "update"], unit, value).ms();
-        assert_eq!(ms("bytes", 5), None);
-        assert!((ms("instructions", 5_600_000).unwrap() - 50.0).abs() < 1e-9);
+    fn cycles_take_time_and_without_them_instructions_do() {
+        let row = |board, unit, value| Row::new([board, "f32", "3", "update"], unit, value);
+        assert_eq!(row("m4f", "bytes", 5).ms(), None);
+        assert_eq!(row("m4f", "instructions", 5).ms(), None);
+        assert!((row("m7", "instructions", 4_800_000).ms().unwrap() - 10.0).abs() < 1e-9);
+        let cycles = row("m4f", "instructions", 8_400_000).in_cycles().unwrap();
+        assert!(cycles.is_in_cycles() && cycles.unit == "cycles");
+        assert!((cycles.ms().unwrap() - 50.0).abs() < 1e-9);
+        let rows = vec![row("m4f", "instructions", 1), cycles];
+        let table = Table { compiler: "1.2.3".into(), rows };
+        assert_eq!(table.ms(["m4f", "f32", "3", "update"]).map(f64::round), Some(50.0));
+        assert_eq!(row("m4f", "bytes", 5).in_cycles(), None);
     }
 }

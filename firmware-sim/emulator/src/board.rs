@@ -19,13 +19,13 @@ pub struct Board {
     pub scalars: &'static [&'static str],
     /// Clock, Hz.
     pub hertz: f64,
-    /// Cycles per instruction, with code and data in memory without wait states.
-    pub cycles: f64,
+    /// Assumed cycles per instruction. `None` if the plugin `cycles` counts them, by the table of the core's manual.
+    pub cycles: Option<f64>,
 }
 
 /// All boards; the first one is the default.
 pub static BOARDS: [Board; 2] = [
-    // Most instructions take 1 cycle, loads 2, taken branches 3, square roots and divisions 14. `f64` is in software.
+    // `f64` is in software.
     Board {
         name: "m4f",
         machine: "mps2-an386",
@@ -34,9 +34,9 @@ pub static BOARDS: [Board; 2] = [
         rustflags: "",
         scalars: &["f32"],
         hertz: 168e6,
-        cycles: 1.5,
+        cycles: None,
     },
-    // Dual issue; dependent floating-point instructions issue one per cycle.
+    // Its manual has no table of cycles. Dual issue; dependent floating-point instructions issue one per cycle.
     Board {
         name: "m7",
         machine: "mps2-an500",
@@ -45,7 +45,7 @@ pub static BOARDS: [Board; 2] = [
         rustflags: "-Ctarget-cpu=cortex-m7",
         scalars: &["f32", "f64"],
         hertz: 480e6,
-        cycles: 1.0,
+        cycles: Some(1.0),
     },
 ];
 

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow, ensure};
 
 pub use board::{BOARDS, Board};
-pub use programs::{build, root};
+pub use programs::{build, cycle_counter, root};
 
 /// Interval of polls for the end of the process.
 const POLL: Duration = Duration::from_millis(10);

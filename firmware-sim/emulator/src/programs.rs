@@ -46,6 +46,31 @@ pub fn build(
     executables(&output.stdout)
 }
 
+/// Builds the plugin of QEMU that counts cycles, the package `cycles`. Returns its path.
+///
+/// # Errors
+/// If this is not Linux, or the build fails; it has printed its errors.
+pub fn cycle_counter() -> Result<PathBuf> {
+    ensure!(cfg!(target_os = "linux"), "the plugin of QEMU that counts cycles needs Linux");
+    let mut cargo = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
+    cargo.args(["build", "--locked", "--quiet", "--message-format", "json-render-diagnostics"]);
+    cargo.args(["--package", "cycles"]).current_dir(root()).stderr(Stdio::inherit());
+    let output = cargo.output().context("cannot start cargo")?;
+    ensure!(output.status.success(), "cannot build the plugin of QEMU");
+    library(&output.stdout)?.context("cargo built no plugin of QEMU")
+}
+
+/// The library of the package `cycles` among the messages of cargo.
+fn library(messages: &[u8]) -> Result<Option<PathBuf>> {
+    for message in serde_json::Deserializer::from_slice(messages).into_iter::<Value>() {
+        let message = message.context("cannot parse a message of cargo")?;
+        if message["target"]["name"] == "cycles" {
+            return Ok(message["filenames"][0].as_str().map(PathBuf::from));
+        }
+    }
+    Ok(None)
+}
+
 fn executables(messages: &[u8]) -> Result<HashMap<String, PathBuf>> {
     let messages = serde_json::Deserializer::from_slice(messages).into_iter::<Value>();
     let mut executables = HashMap::new();
@@ -72,5 +97,13 @@ mod tests {
         let found = executables(messages).unwrap();
         assert_eq!(found, HashMap::from([("bare".into(), PathBuf::from("a/bare"))]));
         assert!(executables(b"warning: no json").is_err());
+    }
+
+    #[test]
+    fn the_plugin_is_found_among_the_messages_of_cargo() {
+        let messages = br#"{"target":{"name":"cycles"},"filenames":["a/libcycles.so"]}
+            {"reason":"build-finished","success":true}"#;
+        assert_eq!(library(messages).unwrap(), Some(PathBuf::from("a/libcycles.so")));
+        assert_eq!(library(b"{}").unwrap(), None);
     }
 }

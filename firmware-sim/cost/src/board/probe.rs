@@ -2,7 +2,7 @@
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
-use crate::clock::{Clock, instructions};
+use crate::clock::Clock;
 use crate::stack;
 
 /// Cost of a call.
@@ -42,7 +42,7 @@ impl Probe {
         let top = stack::paint();
         let (result, ticks) = self.ticks(call);
         let stack = stack::depth(top);
-        (result, Sample { instructions: instructions(ticks), stack })
+        (result, Sample { instructions: self.clock.instructions(ticks), stack })
     }
 
     #[inline(always)]
