@@ -141,7 +141,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.relief = Relief::NONE;
         self.contradicting = [0; 2];
         self.forget_verdict();
-        self.discard_pair();
+        self.abandon_pair();
         self.batch.forget_cells();
         self.fusion.reset();
     }
@@ -155,7 +155,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     pub fn push(&mut self, correspondence: &Correspondence<T>) -> Result<Pushed, PushError> {
         match self.step {
             Step::Collecting => {}
-            Step::Ended => self.discard_pair(),
+            Step::Ended => self.abandon_pair(),
             Step::Solving | Step::Solved | Step::Judging { .. } => return Err(PushError::Busy),
         }
         self.batch.push(&self.corrected, correspondence)
@@ -185,8 +185,17 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         self.unsolved(Rejection::NotBegun)
     }
 
-    /// Abandons the pair and empties the batch.
+    /// Abandons the pair and empties the batch. A pair that has already been fused, or that has failed, cannot be
+    /// abandoned: it gets its verdict first.
     pub fn discard_pair(&mut self) {
+        if let Step::Judging { solved, fused } = self.step {
+            let _ = self.end(solved, fused);
+        }
+        self.abandon_pair();
+    }
+
+    /// Abandons the pair without a verdict, and empties the batch.
+    fn abandon_pair(&mut self) {
         self.step = Step::Collecting;
         self.batch.clear();
         self.fusion.discard();
@@ -242,11 +251,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             Some(next) => next,
             None => self.applicable()?,
         };
-        let applied = self.put_into_use(next);
-        if applied.is_ok() {
-            self.recent.apply();
+        let generation = self.generation;
+        let applied = self.put_into_use(next)?;
+        if applied.generation != generation && !self.recent.change() {
+            self.verdict.disarm();
         }
-        applied
+        Ok(applied)
     }
 
     /// Returns the calibration that [`Calibrator::apply`] puts into use.

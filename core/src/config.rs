@@ -188,9 +188,10 @@ impl Config {
     /// The bound keeps the information finite on data without noise.
     ///
     /// # Errors
-    /// [`ConfigError::NoiseFloor`] if the value is outside 0.001 to 100: the square of a much smaller one is 0 in `f32`.
+    /// [`ConfigError::NoiseFloor`] if the value is outside 0.001 to 5: the square of a much smaller one is 0 in `f32`, and
+    /// above the largest noise of a pair (5.5 px) no pair would be solved.
     pub const fn with_noise_floor_px(mut self, px: f32) -> Result<Self, ConfigError> {
-        if px >= 1e-3 && px <= 100.0 {
+        if px >= 1e-3 && px <= 5.0 {
             self.noise_floor_px = px;
             Ok(self)
         } else {

@@ -2400,7 +2400,7 @@ selfcal_error_t selfcal_advance_pair(struct selfcal_t *cal,
                                      struct selfcal_outcome_t *outcome);
 
 /**
- * Empties the batch, and abandons a pair that is being solved.
+ * Empties the batch, and abandons a pair that is being solved. A pair that has been fused already gets its verdict first.
  */
 selfcal_error_t selfcal_discard_pair(struct selfcal_t *cal);
 

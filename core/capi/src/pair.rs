@@ -246,7 +246,7 @@ pub unsafe extern "C" fn selfcal_advance_pair(
     })
 }
 
-/// Empties the batch, and abandons a pair that is being solved.
+/// Empties the batch, and abandons a pair that is being solved. A pair that has been fused already gets its verdict first.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn selfcal_discard_pair(cal: *mut selfcal_t) -> selfcal_error_t {
     status(|| {

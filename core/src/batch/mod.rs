@@ -288,12 +288,10 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.shift.spread()
     }
 
-    /// Returns whether a large part of the valid matches has the same displacement between the images. The test is
-    /// whether the excess of this displacement in the vote ([`Shift::excess`]) is above a quarter of the valid matches.
-    /// This holds if more than 5/8 of them have the same displacement.
+    /// Returns whether more than 5/8 of the matches have the same displacement between the images, also if they have no
+    /// ray.
     pub(crate) fn is_moved_alike(&self) -> bool {
-        let taken = self.offered().saturating_sub(self.refused);
-        self.shift.excess > taken / 4
+        self.shift.is_common()
     }
 
     /// Returns the number of valid correspondences replaced or left out since the last [`Batch::clear`].

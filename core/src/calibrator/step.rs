@@ -66,7 +66,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     fn begin(&mut self) -> Option<Outcome<T>> {
         if self.step == Step::Ended {
             // A pair that has ended is not solved again.
-            self.discard_pair();
+            self.abandon_pair();
         }
         let is_enough = self.batch.pairs().len() >= self.config.min_correspondences.into();
         if self.measure_rows() == Rows::NotMeasured && is_enough {
@@ -93,7 +93,10 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let context = context(&self.config, &self.factory, &self.fusion);
         match self.fusion.advance(&context, self.batch.pairs(), self.frozen) {
             Ok(is_solved) => self.step = if is_solved { Step::Solved } else { Step::Solving },
-            Err(why) => self.step = Step::Judging { solved: false, fused: Err(why) },
+            Err(why) => {
+                self.step = Step::Judging { solved: false, fused: Err(why) };
+                self.next = None;
+            }
         }
         None
     }
@@ -104,11 +107,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             Ok(_) => Step::Judging { solved: true, fused: self.add() },
             Err(why) => Step::Judging { solved: false, fused: Err(why) },
         };
+        // The estimate has changed.
+        self.next = None;
         None
     }
 
     #[inline(never)]
-    fn end(&mut self, solved: bool, fused: Result<Fused, Rejection>) -> Outcome<T> {
+    pub(super) fn end(&mut self, solved: bool, fused: Result<Fused, Rejection>) -> Outcome<T> {
         if !solved {
             return self.unsolved(fused.err().unwrap_or(Rejection::NotBegun));
         }
@@ -189,7 +194,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             rays: *self.fusion.reference().correction(),
             focal: self.factory.cameras.mean_focal(),
             state: self.fusion.state(),
-            repeated: self.fusion.is_repeated(),
+            confirmed: self.fusion.is_confirmed(),
+            repeated: own.is_some() && self.fusion.is_repeated(),
             cause: Cause::of_pixels(&self.batch).or_else(of_estimate),
             likeliest: self.causes.likeliest(),
         };

@@ -109,6 +109,11 @@ impl<T: Scalar> Association<T> {
         self.moved.is_repeated()
     }
 
+    /// Drops the batch and its result, and forgets the motion of its scene.
+    pub(super) fn forget(&mut self) {
+        (self.task, self.moved) = (Task::Idle, Moved::FAR);
+    }
+
     /// Drops the batch and its result.
     pub(super) fn close(&mut self) {
         self.task = Task::Idle;
@@ -137,25 +142,27 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Starts a solver, or a later one if its hypothesis does not exist. If a track cannot start, the search follows.
+    /// Starts a solver, or a later one if its hypothesis does not exist or its track cannot start.
     #[inline(never)]
     fn enter(&mut self, start: Start, with: &AssociationContext<'_, T>) {
+        if let Start::Turned(turn) = start {
+            let pose = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
+            self.search(start, with, pose, AFTER_TURNED);
+            return;
+        }
         let (champion, challenger) = (with.hypotheses.champion(), with.hypotheses.challenger());
-        let (start, hypothesis) = match start {
-            Start::Turned(turn) => {
-                let pose = turn.of(with.context.factory).unwrap_or(with.context.factory_pose);
-                self.search(start, with, pose, AFTER_TURNED);
+        let tracks = [
+            (Start::Champion, champion.filter(|_| start == Start::Champion)),
+            (Start::Challenger, challenger.filter(|_| start != Start::Search)),
+        ];
+        for (start, hypothesis) in tracks {
+            if hypothesis.is_some_and(|hypothesis| self.track(start, hypothesis, with)) {
                 return;
             }
-            Start::Champion if champion.is_some() => (start, champion),
-            Start::Champion | Start::Challenger => (Start::Challenger, challenger),
-            Start::Search => (start, None),
-        };
-        if !hypothesis.is_some_and(|hypothesis| self.track(start, hypothesis, with)) {
-            let pose = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
-            // If the challenger has rejected the batch, a comparison with it takes one more pass.
-            self.search(Start::Search, with, pose, u16::from(self.rejected.by_challenger));
         }
+        let pose = with.hypotheses.search_start().unwrap_or(with.context.factory_pose);
+        // If the challenger has rejected the batch, a comparison with it takes one more pass.
+        self.search(Start::Search, with, pose, u16::from(self.rejected.by_challenger));
     }
 
     /// Starts a track from a hypothesis. Returns false if the hypothesis has no covariance, or if the covariance of the

@@ -118,17 +118,20 @@ pub(super) struct Hypotheses<T: Scalar> {
     challenger: Option<Challenger<T>>,
     /// Number of successive pairs that disagree with the champion.
     rejected: u16,
+    /// Whether pairs have supported the champion since it was restored.
+    is_confirmed: bool,
     /// Number of pairs begun before the first champion, since the caller last discarded a solved pair.
     begun: u16,
 }
 
 impl<T: Scalar> Hypotheses<T> {
-    pub(super) const NONE: Self = Self { champion: None, challenger: None, rejected: 0, begun: 0 };
+    pub(super) const NONE: Self =
+        Self { champion: None, challenger: None, rejected: 0, is_confirmed: false, begun: 0 };
 
     /// Drops both hypotheses. Works field by field, because [`Hypotheses::NONE`] would copy 2.5 kB.
     pub(super) fn clear(&mut self) {
         (self.champion, self.challenger) = (None, None);
-        (self.rejected, self.begun) = (0, 0);
+        (self.rejected, self.is_confirmed, self.begun) = (0, false, 0);
     }
 
     /// Counts the next pair, and returns the turn of the baseline that it tries first; `None` once there is a champion.
@@ -173,6 +176,11 @@ impl<T: Scalar> Hypotheses<T> {
             (Some(_), None) if self.rejected == 0 => State::Locked,
             _ => State::Suspect,
         }
+    }
+
+    /// Returns whether pairs have supported the estimate: three that agreed with each other, or one after a restore.
+    pub(super) fn is_confirmed(&self) -> bool {
+        self.is_confirmed
     }
 
     /// Returns the reported hypothesis: the champion, or the challenger before the first champion.
@@ -281,7 +289,7 @@ impl<T: Scalar> Hypotheses<T> {
                     let champion = self.champion.as_mut().ok_or(Rejection::NotBegun)?;
                     champion.fuse(&result.evaluated.measurement, reference, context)?
                 };
-                self.rejected = 0;
+                (self.rejected, self.is_confirmed) = (0, true);
                 self.contradict_challenger(0);
                 Ok(fused)
             }
@@ -332,10 +340,10 @@ impl<T: Scalar> Hypotheses<T> {
         }
     }
 
-    /// Promotes the challenger to champion once [`MIN_AGREED`] pairs agree with it and its `R` is certain; if it differs
-    /// from the champion in the lens alone, once [`MIN_REFERENCE_PAIRS`] do. A challenger that agrees with the champion
-    /// ends instead, and the champion takes over its noise: a track assumes the noise of the pairs before, so a champion
-    /// rejects pairs of much larger noise.
+    /// Promotes the challenger to champion once [`MIN_AGREED`] pairs agree with it and its `R` is certain; if it does not
+    /// differ from the champion by more than chance, once [`MIN_REFERENCE_PAIRS`] do. Until then the champion takes over
+    /// the noise of such a challenger: a track assumes the noise of the pairs before, so a champion rejects pairs of
+    /// much larger noise. If this was the reason, the next two pairs support the champion and end the challenger.
     #[inline(never)]
     fn promote(&mut self, reference: &mut LensReference<T>, context: &Context<'_, T>) -> Fused {
         let had_champion = self.champion.is_some();
@@ -346,19 +354,11 @@ impl<T: Scalar> Hypotheses<T> {
             return if had_champion { Fused::KeptApart } else { Fused::Added };
         }
         if let (Some(champion), Some(challenger)) = (&mut self.champion, &self.challenger)
+            && u32::from(challenger.agreed) < MIN_REFERENCE_PAIRS
             && !challenger.hypothesis.departs_from(&champion.hypothesis, context)
         {
-            let known = reference.with_knowledge_of(&champion.hypothesis, context);
-            if !known.is_contradicted_by(&challenger.hypothesis, context) {
-                champion.hypothesis.take_noise_of(&challenger.hypothesis);
-                self.challenger = None;
-                self.rejected = 0;
-                return Fused::KeptApart;
-            }
-            // Rows of different moments look like another lens in each pair.
-            if u32::from(challenger.agreed) < MIN_REFERENCE_PAIRS {
-                return Fused::KeptApart;
-            }
+            champion.hypothesis.take_noise_of(&challenger.hypothesis);
+            return Fused::KeptApart;
         }
         if let Some(champion) = self.champion() {
             *reference = reference.with_knowledge_of(champion, context);
@@ -370,7 +370,7 @@ impl<T: Scalar> Hypotheses<T> {
             champion.detector = ChangeDetector::NEW;
         }
         self.challenger = None;
-        self.rejected = 0;
+        (self.rejected, self.is_confirmed) = (0, true);
         if had_champion { Fused::TookOver } else { Fused::Added }
     }
 
@@ -379,7 +379,7 @@ impl<T: Scalar> Hypotheses<T> {
     #[inline(never)]
     pub(super) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) -> bool {
         self.make_champion();
-        self.rejected = 1;
+        (self.rejected, self.is_confirmed) = (1, false);
         let champion = self.champion.as_mut();
         champion.is_some_and(|champion| champion.hypothesis.resume(prior, context))
     }

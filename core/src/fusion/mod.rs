@@ -96,7 +96,7 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.clear();
         self.key_frame.clear();
         self.reference = LensReference::GIVEN;
-        self.association.close();
+        self.association.forget();
     }
 
     /// Returns the lens correction of the rays, and the knowledge of the lens.
@@ -301,6 +301,11 @@ impl<T: Scalar> Fusion<T> {
 
     pub(crate) fn state(&self) -> State {
         self.hypotheses.state()
+    }
+
+    /// Returns whether pairs have supported the estimate, also since it was restored.
+    pub(crate) fn is_confirmed(&self) -> bool {
+        self.hypotheses.is_confirmed()
     }
 
     /// Returns the variances of the vibration of single pairs about the estimate, rad^2.

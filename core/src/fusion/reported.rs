@@ -78,9 +78,13 @@ impl<T: Scalar> Fusion<T> {
             left <= certain || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide);
         let doubts = doubts(hypothesis, found.is_none());
         let doubted = doubts.contains(Reason::ImageHalves) && found.is_none();
+        let rows_in_use = as_rows(hypothesis, yaw, in_use, context);
         let applicable = if doubted || !gains {
-            let known = !doubted && sd.translation * sd.translation * context.prior <= observed;
-            self.with_baseline_of(hypothesis, in_use, known.then_some(&held_best), held, context)
+            let known = !doubted
+                && sd.translation * sd.translation * context.prior <= observed
+                && baseline_differs(pose, &in_use.extrinsics, covariance);
+            let known = known.then_some(&held_best);
+            self.with_baseline_of(hypothesis, in_use, rows_in_use.as_ref(), known, held, context)
         } else {
             held_best
         };
@@ -97,48 +101,49 @@ impl<T: Scalar> Fusion<T> {
             lens: *found,
             lens_yaw: Finding { value: yaw.lens, sd: yaw.lens_sd },
             baseline_observed: left <= observed,
-            improves: self.improves(hypothesis, &best, yaw, covariance, in_use, context),
+            improves: self.improves(hypothesis, [in_use, &applicable], yaw, covariance, context),
             state: self.state(),
             doubts,
             vibration: context.vibration.into(),
         })
     }
 
-    /// Returns whether the estimate is better than the extrinsics in use: the pairs have shown a turn of the mount from
-    /// them, or it fits all pairs clearly better and differs by more than chance. `None` if the sums have another lens
-    /// correction than the calibration in use or than `best`.
+    /// Returns whether the calibration that may be applied is better than that in use: the pairs have shown a turn of the
+    /// mount, or it fits all pairs clearly better, and the calibration in use differs from the estimate by more than
+    /// chance. `None` if the sums have another lens correction than one of the two.
     ///
-    /// * `covariance`: covariance of the estimate, rad^2.
+    /// * `calibrations`: in use, and applicable; `covariance`: covariance of the estimate, rad^2.
     #[inline(never)]
     fn improves(
         &self,
         hypothesis: &Hypothesis<T>,
-        best: &CorrectedExtrinsics<T>,
+        calibrations: [&CorrectedExtrinsics<T>; 2],
         yaw: &ReportedYaw<T>,
         covariance: &Symmetric5<T>,
-        in_use: &CorrectedExtrinsics<T>,
         context: &Context<'_, T>,
     ) -> Option<bool> {
         let reference = self.reference.correction();
-        if in_use.correction != *reference || best.correction != *reference {
+        if calibrations.iter().any(|of| of.correction != *reference) {
             return None;
         }
-        let used = MountPose::from(&in_use.extrinsics);
-        if yaw.mount.is_some() && yaw.has_turned_from(used.yaw(context)) {
+        let [in_use, _] = calibrations;
+        let used = MountPose::from(&in_use.extrinsics).yaw(context);
+        if yaw.mount.is_some() && yaw.has_turned_from(used) {
             return Some(true);
         }
         // Rows are compared with rows, so that the yaw of the lens counts against neither.
-        let lens_yaw = yaw.mount.map_or(T::ZERO, |mount| hypothesis.yaw(context) - mount);
-        let used = used.with_lens(lens_yaw)?;
+        let [used, next] = calibrations.map(|of| as_rows(hypothesis, yaw, of, context));
+        let (used, next) = used.zip(next)?;
         let off = hypothesis.pose().unknowns_to(used.rotations());
         let differs =
             covariance.inverse_form(&off).is_none_or(|form| form >= T::lit(SIGNIFICANT_CHANGE));
-        Some(differs && hypothesis.fits_clearly_better_than(used.rotations()))
+        Some(differs && hypothesis.fits_clearly_better_at(next.rotations(), used.rotations()))
     }
 
     /// Returns extrinsics with the baseline in use and the `R` fitted to it. Without a fit of `R`, returns the
     /// extrinsics in use.
     ///
+    /// * `rows_in_use`: the pose in use as rows show it.
     /// * `known`: the estimate, if its baseline is known. It is returned instead if its row offsets are clearly
     ///   smaller.
     /// * `yaw`: yaw of the mount relative to the factory extrinsics, rad; `None` for the yaw that the rows show.
@@ -147,14 +152,16 @@ impl<T: Scalar> Fusion<T> {
         &self,
         hypothesis: &Hypothesis<T>,
         in_use: &CorrectedExtrinsics<T>,
+        rows_in_use: Option<&RowsPose<T>>,
         known: Option<&CorrectedExtrinsics<T>>,
         yaw: Option<T>,
         context: &Context<'_, T>,
     ) -> CorrectedExtrinsics<T> {
+        let Some(used) = rows_in_use else { return *in_use };
         let correction = *self.reference.correction();
-        let rows = hypothesis.with_baseline_of(&in_use.extrinsics, context);
-        let held = rows.as_ref().unwrap_or(&in_use.extrinsics);
-        if let Some(known) = known.filter(|_| hypothesis.fits_clearly_better_than(&held.into())) {
+        let rows = hypothesis.with_baseline_of(used, in_use.extrinsics.translation(), context);
+        let held = rows.as_ref().map_or(*used.rotations(), RectifyingRotations::from);
+        if let Some(known) = known.filter(|_| hypothesis.fits_clearly_better_than(&held)) {
             return *known;
         }
         let mount = rows.and_then(|rows| with_rotation_of_mount(&rows, yaw, context));
@@ -262,6 +269,18 @@ fn held_yaw<T: Scalar>(
     let used = MountPose::from(&in_use.extrinsics).yaw(context);
     let is_held = in_use.correction == *correction && !yaw.has_turned_from(used);
     Some(if is_held { used } else { mount })
+}
+
+/// Returns the pose of a calibration as rows show it, with the yaw of the lens between the fused rows and the mount.
+/// `None` if that yaw is too large.
+fn as_rows<T: Scalar>(
+    hypothesis: &Hypothesis<T>,
+    yaw: &ReportedYaw<T>,
+    of: &CorrectedExtrinsics<T>,
+    context: &Context<'_, T>,
+) -> Option<RowsPose<T>> {
+    let lens_yaw = yaw.mount.map_or(T::ZERO, |mount| hypothesis.yaw(context) - mount);
+    MountPose::from(&of.extrinsics).with_lens(lens_yaw)
 }
 
 /// Returns the extrinsics of the mount.

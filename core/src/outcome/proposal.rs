@@ -31,9 +31,9 @@ pub struct Proposal<T: Scalar> {
     /// The extrinsics that [`crate::Calibrator::apply`] puts into use: the best `R`, `t`, or the `t` in use with the
     /// best `R` for it. The `t` in use is kept in three cases: the baseline is not observed; it is observed, but still
     /// uncertain, and the `t` in use does not differ from it significantly; or image halves disagree with exact lens
-    /// models ([`Reason::ImageHalves`]). In the first two cases the best `R`, `t` are applied nevertheless if pairs
-    /// determine the baseline with the lens models as given, and their row offsets are clearly smaller. If no `R` fits
-    /// the `t` in use, this is the calibration in use.
+    /// models ([`Reason::ImageHalves`]). In the first two cases the best `R`, `t` are applied nevertheless if, with the
+    /// lens models as given, pairs determine the baseline and it differs significantly, and their row offsets are
+    /// clearly smaller. If no `R` fits the `t` in use, this is the calibration in use.
     pub applicable: Extrinsics<T>,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: LensCorrection<T>,
@@ -65,9 +65,9 @@ pub struct Proposal<T: Scalar> {
     /// Whether pairs have determined the baseline direction: its variance is at most an eighth of the variance of the
     /// prior. Points more than some thousand baselines away do not observe it, because their disparities are noise.
     pub baseline_observed: bool,
-    /// Whether the pairs fit the estimate clearly better than the calibration in use: their RMS row offset is smaller
-    /// by a tenth, and the two differ by more than chance. `None` if the calibration in use or the estimate belongs to
-    /// other cameras than the rays of the pairs ([`crate::LensTracking::Compensate`]), because the sums over the pairs
+    /// Whether the pairs fit `applicable` clearly better than the calibration in use: their RMS row offset is smaller by
+    /// a tenth, and the estimate differs from that in use by more than chance. `None` if the calibration in use or
+    /// `applicable` belongs to other cameras than the rays of the pairs ([`crate::LensTracking::Compensate`]), because the sums over the pairs
     /// cannot compare the two then.
     pub improves: Option<bool>,
     /// Reliability of `R`; `baseline_observed` tells whether pairs have determined `t`.

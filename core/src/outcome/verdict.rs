@@ -159,11 +159,12 @@ impl<T: Scalar> Recent<T> {
         }
     }
 
-    /// Notes that the estimate has been put into use. The last pair counts for it if it fits.
-    pub(crate) fn apply(&mut self) {
-        if self.next_fits {
-            (self.good, self.bad) = (self.good.max(1), 0);
-        }
+    /// Notes that another calibration has been put into use. The last pair counts for it if it fits; otherwise nothing
+    /// is known of it. Returns whether the last pair fits it.
+    pub(crate) fn change(&mut self) -> bool {
+        (self.good, self.bad) = if self.next_fits { (self.good.max(1), 0) } else { (0, 0) };
+        self.fits &= self.next_fits;
+        self.next_fits
     }
 }
 
@@ -184,7 +185,9 @@ pub(crate) struct Evidence<'a, T: Scalar> {
     /// Mean focal length, px.
     pub(crate) focal: T,
     pub(crate) state: State,
-    /// Whether the pair showed the same scene as the pair before it.
+    /// Whether pairs have supported the estimate.
+    pub(crate) confirmed: bool,
+    /// Whether the pair showed the same scene as the last pair that was added.
     pub(crate) repeated: bool,
     /// Mistake that the matches of the pair, or the estimate, show.
     pub(crate) cause: Option<Cause>,
@@ -193,8 +196,8 @@ pub(crate) struct Evidence<'a, T: Scalar> {
 }
 
 impl<T: Scalar> Evidence<'_, T> {
-    /// Forms the verdict when a pair ends. Returns whether the estimate fits the pair; `None` if the pair
-    /// could not be solved.
+    /// Forms the verdict when a pair ends. Returns whether the estimate fits the pair; `None` if the pair could not be
+    /// solved, or without an estimate.
     ///
     /// * `own`: solution of the pair alone; `None` if it could not be solved.
     // Out of line, so that its stack is separate from the stack of the proposal.
@@ -221,7 +224,7 @@ impl<T: Scalar> Evidence<'_, T> {
                 recent.nearness = nearness;
                 [verdict.rows_px, verdict.coverage] = in_use;
                 verdict.image_coverage = image_coverage;
-                agrees = Some(is_good(next, T::ONE));
+                agrees = self.proposal.map(|_| is_good(next, T::ONE));
                 improves = fit.improves(self.proposal.and_then(|proposal| proposal.improves));
             }
             None => recent.add_unsolved(),
@@ -243,8 +246,9 @@ impl<T: Scalar> Evidence<'_, T> {
         verdict.rows_ok = !reasons.contains(Reason::Rows);
         verdict.depth_ok = !reasons.contains(Reason::Depth);
         verdict.state = self.state;
-        verdict.may_arm =
-            matches!(self.state, State::Locked | State::Suspect) && !reasons.forbid_arming();
+        verdict.may_arm = self.confirmed
+            && matches!(self.state, State::Locked | State::Suspect)
+            && !reasons.forbid_arming();
         verdict.should_apply =
             self.state == State::Locked && !reasons.is_doubtful() && (improves || deepens);
         verdict.reasons = reasons;
@@ -447,11 +451,22 @@ mod tests {
     }
 
     #[test]
+    fn a_rig_stays_armed_with_a_new_calibration_only_if_it_fits_the_last_pair() {
+        for next_fits in [true, false] {
+            let mut recent = Recent::<f32>::NONE;
+            recent.add(true, true);
+            recent.add(true, next_fits);
+            recent.change();
+            assert_eq!(recent.fits, next_fits);
+        }
+    }
+
+    #[test]
     fn a_new_calibration_that_fits_the_last_pair_needs_one_more() {
         for (next_fits, armed) in [(true, true), (false, false)] {
             let mut recent = Recent::<f32>::NONE;
             recent.add(false, next_fits);
-            recent.apply();
+            assert_eq!(recent.change(), next_fits);
             recent.add(true, true);
             assert_eq!(recent.fits, armed);
         }

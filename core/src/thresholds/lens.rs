@@ -34,8 +34,8 @@ pub(crate) const MAX_HIDDEN_LENS: f64 = 0.1;
 /// estimate that was made with the weights of a wrong lens.
 pub(crate) const KNOWN_LENS_WIDENING: f64 = 2.0;
 
-/// Number of pairs before the first change of the lens reference, and of a challenger that differs in the lens alone;
-/// number of changes up to which each change doubles the number of pairs. Larger numbers change the reference later;
-/// smaller ones change it by the error of a few pairs.
+/// Number of pairs before the first change of the lens reference, and of a challenger that does not depart from the
+/// champion; number of changes up to which each change doubles the number of pairs. Larger numbers change the reference
+/// later; smaller ones change it by the error of a few pairs.
 pub(crate) const MIN_REFERENCE_PAIRS: u32 = 8;
 pub(crate) const MAX_REFERENCE_CHANGES: u32 = 4;

@@ -15,7 +15,7 @@ fn hypotheses(champion: Option<&Hypothesis<f64>>, challenger: &Hypothesis<f64>) 
     let champion = champion
         .map(|hypothesis| Champion { hypothesis: *hypothesis, detector: ChangeDetector::NEW });
     let challenger = Some(Challenger { hypothesis: *challenger, agreed: MIN_AGREED, failed: 0 });
-    Hypotheses { champion, challenger, rejected: 3, begun: 0 }
+    Hypotheses { champion, challenger, rejected: 3, is_confirmed: true, begun: 0 }
 }
 
 fn pairs(turned: f64, seeds: core::ops::Range<u64>) -> Vec<EvaluatedPose<f64>> {
@@ -38,19 +38,23 @@ fn pairs_that_the_caller_discards_cause_no_search_with_a_turned_baseline() {
 }
 
 #[test]
-fn a_challenger_takes_over_only_if_it_departs_from_the_champion() {
+fn a_challenger_takes_over_after_three_pairs_if_it_departs_and_else_after_eight() {
     let (context, mut reference) = (context(), LensReference::GIVEN);
     let champion = fused(&pairs(0.0, 0..10), 1, &context);
     let turned = 0.1_f64.to_radians();
-    for (by, expected) in [(0.0, Fused::KeptApart), (turned, Fused::TookOver)] {
+    for (by, agreed, takes_over) in [(0.0, 7, false), (0.0, 8, true), (turned, 3, true)] {
         let challenger = fused(&pairs(by, 20..23), 1, &context);
         let mut both = hypotheses(Some(&champion), &challenger);
+        both.challenger.as_mut().unwrap().agreed = agreed;
+        let expected = if takes_over { Fused::TookOver } else { Fused::KeptApart };
         assert_eq!(both.promote(&mut reference, &context), expected);
-        // A challenger that agrees ends, too; the champion takes over its noise.
-        assert!(both.challenger().is_none());
+        assert_eq!(both.challenger().is_none(), takes_over);
+        // While the challenger stays, every pair disagrees with the champion, so the estimate is not locked.
+        let state = if takes_over { State::Locked } else { State::Suspect };
+        assert_eq!(both.state(), state);
         let after = both.champion().unwrap();
         assert_eq!(after.noise(), challenger.noise());
-        assert_eq!(after.pose() == champion.pose(), by == 0.0);
+        assert_eq!(after.pose() == champion.pose(), !takes_over);
     }
 }
 

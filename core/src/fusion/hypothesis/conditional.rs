@@ -1,11 +1,12 @@
 //! Conditional estimates from a hypothesis: `R` for a given baseline, and the lens.
 
-use nalgebra::Vector5;
+use nalgebra::{Vector3, Vector5};
 
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
 use crate::algebra::lens_terms::LensTerms;
 use crate::config::Context;
+use crate::depth::pose::RowsPose;
 use crate::geometry::extrinsics::Extrinsics;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::scalar::Scalar;
@@ -30,16 +31,19 @@ impl<T: Scalar> Hypothesis<T> {
     /// of the baseline is doubtful. `None` if there is no valid optimum, if the optimum fits clearly worse than the
     /// extrinsics in use, or if it is beyond the limit for extrinsics in use. The last two happen if the descent leaves
     /// the range of its linearisation.
+    ///
+    /// * `in_use`: the pose in use as rows show it; `t`: its unit baseline, which the result has in every bit.
     #[inline(never)]
     pub(crate) fn with_baseline_of(
         &self,
-        in_use: &Extrinsics<T>,
+        in_use: &RowsPose<T>,
+        t: &Vector3<T>,
         context: &Context<'_, T>,
     ) -> Option<Extrinsics<T>> {
-        let target = RectifyingRotations::from(in_use);
-        let found = self.descend_with_baseline_of(&target, context)?;
-        let held = Extrinsics::try_new(found.rotation().matrix(), in_use.translation()).ok()?;
-        let is_worse = self.fits_clearly_better_at(&target, &RectifyingRotations::from(&held));
+        let target = in_use.rotations();
+        let found = self.descend_with_baseline_of(target, context)?;
+        let held = Extrinsics::try_new(found.rotation().matrix(), t).ok()?;
+        let is_worse = self.fits_clearly_better_at(target, &RectifyingRotations::from(&held));
         (!is_worse && context.allows_in_use(&held)).then_some(held)
     }
 

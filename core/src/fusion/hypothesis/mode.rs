@@ -75,9 +75,8 @@ impl<T: Scalar> Hypothesis<T> {
         }
     }
 
-    /// Starts or ends the mode in which each pair is added as if the rig rested at the frame of the sums. In both cases
-    /// the estimate becomes the frame: sums of a rig at rest have their optimum at the frame, other sums at the
-    /// estimate.
+    /// Starts or ends the mode in which each pair is added as if the rig rested at the frame of the sums. Before the
+    /// switch the frame moves to the estimate, so that both kinds of sums have their optimum at the same pose.
     ///
     /// * `next`: moments of the next pair in the frame of the sums, which are transformed too.
     #[inline(never)]

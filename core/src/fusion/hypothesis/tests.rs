@@ -276,7 +276,8 @@ fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
     Hypothesis::first_update(&evaluated.measurement, &context, &mut update).ok()?;
     let mut hypothesis = Hypothesis::EMPTY;
     hypothesis.begin(&evaluated.measurement, &update, &context);
-    let fit = hypothesis.with_baseline_of(&in_use, &context)?;
+    let rows = RectifyingRotations::from(&in_use).into();
+    let fit = hypothesis.with_baseline_of(&rows, in_use.translation(), &context)?;
     let [found, in_use] = [&fit, &in_use].map(RectifyingRotations::from);
     let cost = |pose: &_| hypothesis.sums.cost_at(&hypothesis.frame, pose);
     let prior = |pose: &RectifyingRotations<f64>| {

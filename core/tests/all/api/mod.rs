@@ -8,6 +8,7 @@ mod counted_once;
 pub(crate) mod depth;
 pub(crate) mod disturbed;
 mod documentation;
+mod earned;
 mod far;
 mod history;
 mod homography;

@@ -9,7 +9,9 @@
 //! - A knock is *missed* if the verdict on the tenth pair after it permits arming with a wrong calibration in use.
 //! - A run has *recovered* with the first pair from which on the calibration is right and the verdict permits arming.
 
-use anyhow::{Context, Result};
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
 use nalgebra::{Rotation3, Unit, Vector2, Vector3};
 use page::chart::curves::{self, Curve, Line, Scale};
 use page::chart::palette;
@@ -30,6 +32,9 @@ use super::{Campaign, Measure, Request, Row};
 use crate::recorded_sets::GATE_PX;
 use crate::rivals::CAPACITY;
 use crate::sections::alone;
+
+/// Names of the campaigns.
+pub(crate) const NAMES: [&str; 2] = ["knocks", "rest"];
 
 /// Recordings with reference extrinsics.
 const SETS: [&str; 3] = ["opencv_chess_corners", "opencv_chess_sift", "oak_sift"];
@@ -75,8 +80,9 @@ pub(super) fn campaigns() -> Vec<Campaign> {
         measure: Measure::Rows(rows),
         chart: None,
     };
-    let knocked = campaign("knocks", KNOCKED, 24, knocks);
-    vec![Campaign { chart: Some(chart), ..knocked }, campaign("rest", AT_REST, 12, rest)]
+    let [of_knocks, of_rest] = NAMES;
+    let knocked = campaign(of_knocks, KNOCKED, 24, knocks);
+    vec![Campaign { chart: Some(chart), ..knocked }, campaign(of_rest, AT_REST, 12, rest)]
 }
 
 /// A change of the rig.
@@ -147,7 +153,7 @@ struct Seen {
 
 /// A recording, ready for changes.
 struct Recording {
-    name: &'static str,
+    name: String,
     cameras: Cameras<f64>,
     factory: FactoryCalibration<f32>,
     rig: Extrinsics<f64>,
@@ -155,8 +161,10 @@ struct Recording {
 }
 
 impl Recording {
-    fn load(name: &'static str) -> Result<Self> {
-        let set = Dataset::load(&Dataset::shipped().join(name))?;
+    fn load(place: &Path) -> Result<Self> {
+        let set = Dataset::find(place)?;
+        ensure!(set.pairs.len() > 1, "{}: alarms need two pairs or more", set.name);
+        ensure!(set.rigs.is_empty(), "{}: the rig moves, and alarms need one at rest", set.name);
         let (cameras, rig) = (set.cameras::<f64>()?, set.truth::<f64>()?);
         let rotations = RectifyingRotations::from(&rig);
         let gate = GATE_PX / cameras.mean_focal();
@@ -167,7 +175,7 @@ impl Recording {
         };
         let pairs = set.pairs.iter().map(|pair| pair.iter().filter_map(seen).collect()).collect();
         let factory = FactoryCalibration::new(set.cameras()?, set.truth()?);
-        Ok(Self { name, cameras, factory, rig, pairs })
+        Ok(Self { name: set.name, cameras, factory, rig, pairs })
     }
 
     /// The match after a change; `None` if its point leaves the right image.
@@ -281,12 +289,17 @@ fn runs(
     seeds.collect::<Vec<_>>().into_par_iter().map(|seed| recording.run(fate, pairs, seed)).collect()
 }
 
-fn recordings() -> Result<Vec<Recording>> {
-    SETS.iter().map(|name| Recording::load(name).with_context(|| (*name).to_owned())).collect()
+fn recordings(request: &Request) -> Result<Vec<Recording>> {
+    let load = |place: &Path| Recording::load(place).with_context(|| place.display().to_string());
+    if request.recordings.is_empty() {
+        SETS.iter().map(|name| load(Path::new(name))).collect()
+    } else {
+        request.recordings.iter().map(|place| load(place)).collect()
+    }
 }
 
 fn knocks(request: &Request) -> Result<Vec<Row>> {
-    let recordings = recordings()?;
+    let recordings = recordings(request)?;
     let cases = recordings.iter().flat_map(|of| {
         let sizes = |axis| SIZES.iter().map(move |size| (axis, *size));
         let all = Axis::ALL.into_iter().flat_map(sizes);
@@ -362,7 +375,7 @@ fn answered(runs: &[Vec<Judged>]) -> Vec<Figure> {
 
 fn rest(request: &Request) -> Result<Vec<Row>> {
     let fates = [("rest", Fate::Drift(0.0)), ("drift of 1e-5 rad a pair", Fate::Drift(DRIFT))];
-    let recordings = recordings()?;
+    let recordings = recordings(request)?;
     let cases = recordings
         .iter()
         .flat_map(|of| fates.map(|(word, fate)| (of, fate, format!("{}/{word}", of.name))));

@@ -12,10 +12,13 @@ mod real;
 mod recorded;
 mod table;
 
+use std::path::PathBuf;
+
 use anyhow::{Context, Result, ensure};
 use sim::run::{LensTracking, monte_carlo, progress};
 use sim::synth::Scenario;
 
+pub(crate) use alarms::NAMES as ALARMS;
 pub(crate) use chance::Chance;
 pub(crate) use figures::Figure;
 pub(crate) use images::means;
@@ -73,6 +76,8 @@ pub(crate) struct Request {
     pub(crate) lens: LensTracking,
     /// Begins of names of cases; all if empty.
     pub(crate) only: Vec<String>,
+    /// Folders of recordings for the campaigns of alarms, instead of the shipped ones; the shipped ones if empty.
+    pub(crate) recordings: Vec<PathBuf>,
 }
 
 impl Request {
@@ -113,7 +118,7 @@ impl Campaign {
     pub(crate) fn request(&self, quick: bool) -> Option<Request> {
         let only = if quick { vec![self.quick?.to_owned()] } else { Vec::new() };
         let (trials, seeds) = (self.trials, self.seeds.to_vec());
-        Some(Request { trials, seeds, pairs: None, lens: self.lens, only })
+        Some(Request { trials, seeds, pairs: None, lens: self.lens, only, recordings: Vec::new() })
     }
 
     /// Measures the requested cases.

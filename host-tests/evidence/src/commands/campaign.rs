@@ -3,13 +3,13 @@
 use std::io::{self, Write};
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use sim::run::LensTracking;
 use strum::VariantArray;
 
-use crate::campaigns::{Request, Table, all, named};
+use crate::campaigns::{ALARMS, Request, Table, all, named};
 
 /// Measure a campaign with any number of runs, and print its figures.
 ///
@@ -19,7 +19,8 @@ use crate::campaigns::{Request, Table, all, named};
 #[command(after_help = "Examples:
   evidence campaign single --only '256 matches' noise
   evidence campaign fused --trials 1000 --pairs 20
-  evidence campaign lenses --only lens/f_r --lens compensate --csv lenses.csv")]
+  evidence campaign lenses --only lens/f_r --lens compensate --csv lenses.csv
+  evidence campaign rest --set my_recording     false alarms an hour of a recording of your own")]
 pub struct CampaignArgs {
     #[arg(value_parser = names())]
     name: String,
@@ -44,6 +45,10 @@ pub struct CampaignArgs {
     #[arg(long, value_name = "PREFIX", num_args = 1..)]
     only: Vec<String>,
 
+    /// Recordings for knocks and rest, instead of the shipped ones: folders of data sets with reference extrinsics.
+    #[arg(long = "set", value_name = "FOLDER", num_args = 1..)]
+    sets: Vec<PathBuf>,
+
     /// Write all figures into this file, one row for each case.
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
@@ -60,6 +65,12 @@ fn lens_tracking() -> impl TypedValueParser<Value = LensTracking> {
 
 /// Runs `evidence campaign`.
 pub(crate) fn campaign(args: &CampaignArgs) -> Result<()> {
+    ensure!(
+        args.sets.is_empty() || ALARMS.contains(&args.name.as_str()),
+        "--set is for {}: {} makes its scenes, or has its recordings",
+        ALARMS.join(" and "),
+        args.name
+    );
     let mut all = named(std::slice::from_ref(&args.name))?;
     let campaign = all.pop().context("a name has a campaign")?;
     let request = campaign.request(false).context("all cases are requested")?;
@@ -69,6 +80,7 @@ pub(crate) fn campaign(args: &CampaignArgs) -> Result<()> {
         pairs: args.pairs,
         lens: args.lens.unwrap_or(request.lens),
         only: args.only.clone(),
+        recordings: args.sets.clone(),
     };
     let rows = campaign.rows(&request)?;
     if let Some(file) = &args.csv {

@@ -20,3 +20,15 @@ fn a_campaign_has_a_row_a_case_and_all_figures_in_its_file() {
     assert!(evidence(&["campaign", "lenses", "--only", "nothing"]).failure(1).contains("nothing"));
     assert!(evidence(&["campaign", "real"]).failure(2).contains("altitude-1000"));
 }
+
+#[test]
+fn alarms_are_counted_in_recordings_of_ones_own() {
+    let set = format!("{}/../data/opencv_chess_sift", env!("CARGO_MANIFEST_DIR"));
+    let rest = ["campaign", "rest", "--trials=1", "--pairs=40"];
+    let table = evidence(&[&rest[..], &["--set", &set]].concat()).stdout();
+    assert!(table.contains("opencv_chess_sift/rest") && !table.contains("oak_sift"), "{table}");
+    let one_pair = evidence(&[&rest[..], &["--set", "aloe_sift"]].concat()).failure(1);
+    assert!(one_pair.contains("two pairs or more"), "{one_pair}");
+    let made = evidence(&["campaign", "fused", "--set", &set]).failure(1);
+    assert!(made.contains("--set is for knocks and rest"), "{made}");
+}
