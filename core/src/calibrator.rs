@@ -253,8 +253,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         };
         let generation = self.generation;
         let applied = self.put_into_use(next)?;
-        if applied.generation != generation && !self.recent.change() {
-            self.verdict.disarm();
+        if applied.generation != generation {
+            self.recent.change();
         }
         Ok(applied)
     }

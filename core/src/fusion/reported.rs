@@ -80,9 +80,7 @@ impl<T: Scalar> Fusion<T> {
         let doubted = doubts.contains(Reason::ImageHalves) && found.is_none();
         let rows_in_use = as_rows(hypothesis, yaw, in_use, context);
         let applicable = if doubted || !gains {
-            let known = !doubted
-                && sd.translation * sd.translation * context.prior <= observed
-                && baseline_differs(pose, &in_use.extrinsics, covariance);
+            let known = !doubted && sd.translation * sd.translation * context.prior <= observed;
             let known = known.then_some(&held_best);
             self.with_baseline_of(hypothesis, in_use, rows_in_use.as_ref(), known, held, context)
         } else {

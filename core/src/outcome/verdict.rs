@@ -159,12 +159,10 @@ impl<T: Scalar> Recent<T> {
         }
     }
 
-    /// Notes that another calibration has been put into use. The last pair counts for it if it fits; otherwise nothing
-    /// is known of it. Returns whether the last pair fits it.
-    pub(crate) fn change(&mut self) -> bool {
-        (self.good, self.bad) = if self.next_fits { (self.good.max(1), 0) } else { (0, 0) };
-        self.fits &= self.next_fits;
-        self.next_fits
+    /// Notes that another calibration has been put into use. The last pair counts for it or against it.
+    pub(crate) fn change(&mut self) {
+        (self.good, self.bad) =
+            if self.next_fits { (self.good.max(1), 0) } else { (0, self.bad.max(1)) };
     }
 }
 
@@ -451,12 +449,14 @@ mod tests {
     }
 
     #[test]
-    fn a_rig_stays_armed_with_a_new_calibration_only_if_it_fits_the_last_pair() {
+    fn a_pair_that_misses_the_new_calibration_is_the_first_of_two_that_disarm() {
         for next_fits in [true, false] {
             let mut recent = Recent::<f32>::NONE;
             recent.add(true, true);
             recent.add(true, next_fits);
             recent.change();
+            assert!(recent.fits);
+            recent.add(false, false);
             assert_eq!(recent.fits, next_fits);
         }
     }
@@ -466,7 +466,7 @@ mod tests {
         for (next_fits, armed) in [(true, true), (false, false)] {
             let mut recent = Recent::<f32>::NONE;
             recent.add(false, next_fits);
-            assert_eq!(recent.change(), next_fits);
+            recent.change();
             recent.add(true, true);
             assert_eq!(recent.fits, armed);
         }
