@@ -13,9 +13,9 @@ pub(super) struct Shift<T> {
     at: [T; 2],
     /// Number of matches with this displacement minus number of other matches, since this displacement became the
     /// candidate.
-    excess: u32,
+    excess: u16,
     /// Number of matches.
-    matches: u32,
+    matches: u16,
     /// Displacement of the last match that agreed with the candidate within [`ALIKE_PX`], minus the candidate, px.
     last: [T; 2],
     /// Sum and number of the scores ([`score`]) of the changes of displacement between successive matches that agreed

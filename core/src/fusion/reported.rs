@@ -17,8 +17,8 @@ use crate::outcome::proposal::Proposal;
 use crate::outcome::reasons::{Reason, Reasons};
 use crate::scalar::Scalar;
 use crate::thresholds::{
-    CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, OBSERVED_BASELINE, SIGNIFICANT,
-    SIGNIFICANT_CHANGE,
+    CERTAIN_BASELINE, MAX_DISAGREEMENT, MAX_SECOND_CROWD, MIN_AGREED, OBSERVED_BASELINE,
+    SIGNIFICANT, SIGNIFICANT_CHANGE,
 };
 
 impl<T: Scalar> Fusion<T> {
@@ -80,7 +80,10 @@ impl<T: Scalar> Fusion<T> {
         let doubted = doubts.contains(Reason::ImageHalves) && found.is_none();
         let rows_in_use = as_rows(hypothesis, yaw, in_use, context);
         let applicable = if doubted || !gains {
-            let known = !doubted && sd.translation * sd.translation * context.prior <= observed;
+            // The matches of one scene may share a bias of the baseline.
+            let known = !doubted
+                && hypothesis.pairs() >= MIN_AGREED.into()
+                && sd.translation * sd.translation * context.prior <= observed;
             let known = known.then_some(&held_best);
             self.with_baseline_of(hypothesis, in_use, rows_in_use.as_ref(), known, held, context)
         } else {

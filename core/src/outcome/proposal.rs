@@ -32,7 +32,8 @@ pub struct Proposal<T: Scalar> {
     /// best `R` for it. The `t` in use is kept in three cases: the baseline is not observed; it is observed, but still
     /// uncertain, and the `t` in use does not differ from it significantly; or image halves disagree with exact lens
     /// models ([`Reason::ImageHalves`]). In the first two cases the best `R`, `t` are applied nevertheless if pairs
-    /// determine the baseline with the lens models as given, and their row offsets are clearly smaller. If no `R` fits the `t` in use, this is the calibration in use.
+    /// determine the baseline with the lens models as given, there are three or more, and their row offsets are clearly
+    /// smaller. If no `R` fits the `t` in use, this is the calibration in use.
     pub applicable: Extrinsics<T>,
     /// Correction of the cameras that `applicable` belongs to.
     pub applicable_correction: LensCorrection<T>,

@@ -27,7 +27,7 @@ use stereo_selfcal::geometry::RectifyingRotations;
 use stereo_selfcal::{Calibrator, Cameras, Config, Extrinsics, FactoryCalibration};
 
 use super::chance::Chance;
-use super::figures::{Figure, count, counted, quantile_of};
+use super::figures::{Figure, count, counted, quantile_of, shared};
 use super::{Campaign, Measure, Request, Row};
 use crate::recorded_sets::GATE_PX;
 use crate::rivals::CAPACITY;
@@ -55,6 +55,9 @@ const HOUR: f64 = 36_000.0;
 /// Pairs of a run at rest.
 const REST: usize = 3000;
 
+/// Pairs whose verdicts count as one for the chance of a share, because a verdict stays.
+const RUN_OF_PAIRS: usize = 100;
+
 /// Largest errors of rows and disparities of a calibration that is right, px: limits of a default [`Config`].
 const RIGHT: [f64; 2] = [1.0, 2.0];
 
@@ -66,7 +69,7 @@ const DRIFT: f64 = 1e-5;
 
 const KNOCKED: &str = "runs, wrong by it, missed, alarm after, alarm after at most, recovered, recovered after, \
     recovered after at most, rows px, depth px";
-const AT_REST: &str = "pairs, false alarms, false alarms an hour, wrong and armed, applied";
+const AT_REST: &str = "pairs, armed, false alarms, false alarms an hour, wrong and armed, applied";
 
 pub(super) fn campaigns() -> Vec<Campaign> {
     let campaign = |name, columns, trials, rows| Campaign {
@@ -399,10 +402,15 @@ fn at_rest(runs: &[Vec<Judged>]) -> Vec<Figure> {
     let alarms = settled().map(|run| run.windows(2).filter(begins).count()).sum();
     let wrong = settled().flatten().filter(|judged| judged.armed && !judged.is_right()).count();
     let applied = settled().flat_map(|run| &run[1..]).filter(|judged| judged.applied).count();
+    let armed = settled().flat_map(|run| &run[1..]).filter(|judged| judged.armed).count();
     let an_hour = count(alarms) * HOUR / count(pairs);
     let chance = Chance::mean_count(an_hour * count(pairs) / HOUR, 1);
     vec![
         counted("pairs", pairs),
+        Figure {
+            chance: Chance::Share(count(pairs / RUN_OF_PAIRS)),
+            ..shared("armed", [armed, pairs])
+        },
         counted("false alarms", alarms),
         Figure { name: "false alarms an hour", value: an_hour, chance },
         counted("wrong and armed", wrong),

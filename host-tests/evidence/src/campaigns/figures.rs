@@ -65,7 +65,7 @@ pub(super) fn counted(name: &'static str, n: usize) -> Figure {
     Figure { name, value: count(n), chance: Chance::Count }
 }
 
-fn shared(name: &'static str, [part, whole]: [usize; 2]) -> Figure {
+pub(super) fn shared(name: &'static str, [part, whole]: [usize; 2]) -> Figure {
     let [part, whole] = [part, whole].map(count);
     Figure { name, value: part / whole, chance: Chance::Share(whole) }
 }
