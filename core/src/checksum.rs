@@ -75,28 +75,6 @@ fn low(register: u32) -> u8 {
     low
 }
 
-/// Length of the window of the rolling checksum, bytes: a frame header with its own checksum.
-const ROLLED_BYTES: u32 = 32;
-
-/// Register of [`roll`] if the window ends with the correct checksum of the bytes before it.
-pub(crate) const ROLLED_CORRECT: u32 = shifted(shifted(u32::MAX, ROLLED_BYTES - 4) ^ u32::MAX, 4);
-
-/// Contribution of half a byte to the register when its byte leaves the window: lower half, then upper half.
-static LEAVING: [[u32; 16]; 2] = [table(1, ROLLED_BYTES + 1), table(16, ROLLED_BYTES + 1)];
-
-/// Advances the register of a window of 32 bytes by one byte, and returns it. The initial register is 0, for a window
-/// of zeros.
-///
-/// * `new`: byte that enters the window.
-/// * `old`: byte that leaves the window.
-#[inline(always)]
-pub(crate) fn roll(register: u32, new: u8, old: u8) -> u32 {
-    let [lower, upper] = &LEAVING;
-    let halves = [lower.get(usize::from(old & 15)), upper.get(usize::from(old >> 4))];
-    let shifted = register >> 8 ^ after(0, low(register) ^ new);
-    halves.into_iter().flatten().fold(shifted, |sum, half| sum ^ half)
-}
-
 /// Returns the contribution of each multiple of `unit` to the register after `bytes` bytes.
 const fn table<const N: usize>(unit: u32, bytes: u32) -> [u32; N] {
     let mut table = [0; N];
@@ -123,32 +101,6 @@ const fn shifted(mut register: u32, bytes: u32) -> u32 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn a_rolling_checksum_is_correct_exactly_where_the_checksum_of_the_window_is() {
-        let mut stream = [0_u8; 400];
-        let mut seed = 1_u32;
-        for byte in &mut stream {
-            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            *byte = seed.to_le_bytes()[3];
-        }
-        for end in [64, 65, 100, 333] {
-            let sum = of(&stream[end - 32..end - 4]);
-            stream[end - 4..end].copy_from_slice(&sum.to_le_bytes());
-        }
-        let (mut register, mut correct) = (0, 0);
-        for end in 1..=stream.len() {
-            let old = end.checked_sub(33).map_or(0, |at| stream[at]);
-            register = roll(register, stream[end - 1], old);
-            let window = stream[..end].split_last_chunk::<4>();
-            let held = window.and_then(|(body, sum)| Some((body.last_chunk::<28>()?, sum)));
-            let right = held.is_some_and(|(body, sum)| of(body) == u32::from_le_bytes(*sum));
-            assert_eq!(register == ROLLED_CORRECT, right, "{end}");
-            correct += u32::from(right);
-        }
-        // The second checksum has overwritten the end of the first.
-        assert_eq!(correct, 3);
-    }
 
     #[test]
     fn the_checksum_matches_ethernet() {

@@ -85,7 +85,7 @@
 //! | [`RestoreError`] | [`Calibrator::restore`], [`store::Store::resume`] | Continue: the calibrator starts from the factory calibration. |
 //! | [`RestoreError`] | [`FactoryCalibration::from_record`], [`store::Store::load_factory`] | Calibrate the rig again, or start from [`FactoryCalibration::guess`]. |
 //! | [`link::ReceiveError`], [`link::FrameRefusal`] | drivers of a matcher | Call again; the decoder resynchronises. `ImageSize`: the calibrator has cameras of another image size. |
-//! | [`link::HeaderError`], [`link::Damage`] | decoding | Skip the frame; [`link::Counters`] count it. |
+//! | [`link::HeaderError`] | decoding | Skip the frame; [`link::Counters`] count it. |
 //! | [`link::EncodeError`] | encoding | Correct the named quantity of the sender. |
 //! | [`store::StoreError`] | the store | `Range`: correct the ranges. Otherwise: continue without saving; the previous record remains, and the save is due again later. |
 //!

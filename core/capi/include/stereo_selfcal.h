@@ -112,7 +112,7 @@
 /**
  * Size of `selfcal_link_t` in words of 8 bytes, sufficient on every target.
  */
-#define SELFCAL_LINK_STORAGE_WORDS 26
+#define SELFCAL_LINK_STORAGE_WORDS 19
 
 /**
  * Size of `selfcal_link_t`, bytes.
@@ -1447,7 +1447,7 @@ typedef struct selfcal_link_counters_t {
      */
     uint32_t good;
     /**
-     * Frames with a wrong CRC: check the wiring and the clock of the bus.
+     * Frames with a wrong CRC: bytes are being damaged or lost. Check the wiring and the clock of the bus.
      */
     uint32_t bad_crc;
     /**
@@ -1458,10 +1458,6 @@ typedef struct selfcal_link_counters_t {
      * Headers with a correct CRC whose content is not valid in version 1 of the format: correct the sender.
      */
     uint32_t unsupported;
-    /**
-     * Frames cut short by the start of the next frame: bytes are being lost.
-     */
-    uint32_t truncated;
     /**
      * Frames missing between the sequence numbers of the whole frames.
      */

@@ -11,7 +11,7 @@ use crate::marked::{self, Marked};
 use crate::pointer::{Out, read_array};
 
 /// Size of `selfcal_link_t` in words of 8 bytes, sufficient on every target.
-pub const SELFCAL_LINK_STORAGE_WORDS: usize = 26;
+pub const SELFCAL_LINK_STORAGE_WORDS: usize = 19;
 
 /// Size of `selfcal_link_t`, bytes.
 pub const SELFCAL_LINK_STORAGE_SIZE: usize = 8 * SELFCAL_LINK_STORAGE_WORDS;
@@ -95,14 +95,12 @@ impl From<Option<Received>> for selfcal_frame_t {
 pub struct selfcal_link_counters_t {
     /// Whole frames returned.
     pub good: u32,
-    /// Frames with a wrong CRC: check the wiring and the clock of the bus.
+    /// Frames with a wrong CRC: bytes are being damaged or lost. Check the wiring and the clock of the bus.
     pub bad_crc: u32,
     /// Places where the magic is found, but the header has a wrong CRC.
     pub bad_header: u32,
     /// Headers with a correct CRC whose content is not valid in version 1 of the format: correct the sender.
     pub unsupported: u32,
-    /// Frames cut short by the start of the next frame: bytes are being lost.
-    pub truncated: u32,
     /// Frames missing between the sequence numbers of the whole frames.
     pub gaps: u32,
     /// Whole frames with the sequence number of the last whole frame before; they are not returned.
@@ -249,7 +247,6 @@ pub unsafe extern "C" fn selfcal_link_counters(
             bad_crc: counters.bad_crc,
             bad_header: counters.bad_header,
             unsupported: counters.unsupported,
-            truncated: counters.truncated,
             gaps: counters.gaps,
             repeats: counters.repeats,
             restarts: counters.restarts,

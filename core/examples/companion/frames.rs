@@ -94,7 +94,7 @@ fn end_pair(rig: &mut Rig, frame: &Received, link: &Counters) -> Value {
         "generation": rig.in_use().generation,
         "rotation": in_use.rotation_row_major(),
         "translation": <[f32; 3]>::from(in_use.translation().into_inner()),
-        "link": { "good": link.good, "bad": link.bad_crc + link.bad_header + link.truncated, "gaps": link.gaps },
+        "link": { "good": link.good, "bad": link.bad_crc + link.bad_header, "gaps": link.gaps },
     })
 }
 

@@ -26,14 +26,12 @@ macro_rules! counters {
 counters! {
     /// Whole frames, without repeats and refused frames.
     good,
-    /// Frames with a wrong CRC.
+    /// Frames with a wrong CRC: bytes were damaged or lost.
     bad_crc,
     /// Places where the magic is found, but the header has a wrong CRC.
     bad_header,
     /// Headers with a correct CRC whose content is not valid in version 1 of the format.
     unsupported,
-    /// Frames cut short by the start of the next frame.
-    truncated,
     /// Frames missing between received sequence numbers.
     gaps,
     /// Whole frames with the sequence number of the last whole frame before; they are dropped.

@@ -1,27 +1,24 @@
 //! Decoder: finds whole frames in a byte stream.
 
 use super::counters::{Counters, count};
-use super::event::{Damage, Event};
-use super::frame::{Disposition, FrameBody, Step};
-use super::header::FrameHeader;
-#[cfg(test)]
-use super::layout::RECORD_BYTES;
-use super::layout::{HEADER_BYTES, MAGIC};
+use super::event::Event;
+use super::frame::{Disposition, FrameBody};
+use super::header::{FrameHeader, HeaderError};
+use super::held::Held;
+use super::layout::HEADER_BYTES;
 use super::sink::{FrameRefusal, FrameSink, Received};
-use super::window::{Taken, Window};
 use crate::batch::correspondence::Correspondence;
 
-/// Frame decoder that resynchronises after damage. It takes the stream in pieces of any length. RAM: less than 256
+/// Frame decoder that resynchronises after damage. It takes the stream in pieces of any length. RAM: less than 160
 /// bytes.
 ///
-/// It buffers no frame: matches are handed out as they arrive, and [`Event::Finished`] verifies them. Every byte, also
-/// inside a frame, is tested as the start of a header; a header with a correct CRC ends the frame before it. Damage
-/// therefore costs only the frames it touches.
+/// It buffers no frame: matches are handed out as they arrive, and [`Event::Finished`] verifies them. A frame takes as
+/// many bytes as its header states. If its CRC is wrong, the search for the next header goes on at the 4 bytes that
+/// should be the CRC. Damaged bytes therefore cost the frames they touch. A frame that has lost more than 4 bytes takes
+/// the start of the next frame, and this frame is lost, too.
 ///
-/// The work is bounded by the length of the stream, whatever its bytes are. Each byte is read at most once as part of a
-/// header and once as part of a frame; a byte of a whole header is read twice more. A test counts these reads. A byte
-/// where a header may start takes more instructions than a byte of a frame. On a Cortex-M4F the factor is 4 to 8 for a
-/// repeated magic, and 10 to 12 for repeated headers.
+/// The work is bounded by the length of the stream, whatever its bytes are: each place where the magic is found takes one
+/// check of a header. On a Cortex-M4F a repeated magic takes 12 to 16 times the instructions of a frame.
 ///
 /// ```
 /// use stereo_selfcal::link::{Decoder, Event};
@@ -33,48 +30,24 @@ use crate::batch::correspondence::Correspondence;
 ///         Event::Started(header) => (),  // clear the buffer
 ///         Event::Match(m, track) => (),  // store it
 ///         Event::Finished(header) => (), // use the stored matches
-///         Event::Discarded(why) => (),   // drop the stored matches
+///         Event::Discarded => (),        // drop the stored matches
 ///     }
 /// }
 /// ```
 #[derive(Debug, Clone)]
 pub struct Decoder {
-    window: Window,
+    held: Held,
     frame: Option<FrameBody>,
-    /// Number of leading bytes of the window that belong to a whole frame and do not count as skipped.
-    received: usize,
     /// Sequence number of the last whole frame.
     last: Option<u32>,
     counters: Counters,
-    /// Number of reads of single bytes; a byte that is read twice counts twice.
-    #[cfg(test)]
-    work: usize,
-}
-
-/// Counts the bytes that are read; in tests only.
-macro_rules! work {
-    ($decoder:ident, $bytes:expr) => {
-        #[cfg(test)]
-        {
-            $decoder.work += $bytes;
-        }
-    };
 }
 
 impl Decoder {
     /// Returns a decoder before its first frame.
     #[must_use]
     pub const fn new() -> Self {
-        let (window, counters) = (Window::new(), Counters::ZERO);
-        Self {
-            window,
-            frame: None,
-            received: 0,
-            last: None,
-            counters,
-            #[cfg(test)]
-            work: 0,
-        }
+        Self { held: Held::new(), frame: None, last: None, counters: Counters::ZERO }
     }
 
     /// Decodes up to the next event, returns the event, and removes the used bytes from the front of `bytes`.
@@ -82,17 +55,12 @@ impl Decoder {
     /// Returns `None` if `bytes` is used up. The work is bounded by the length of `bytes`; a record in one piece is
     /// decoded at once.
     pub fn next(&mut self, bytes: &mut &[u8]) -> Option<Event> {
-        while self.window.is_header() || !bytes.is_empty() {
-            let event = match self.take_record(bytes) {
-                Some(Step::Match(c, track)) => Some(Event::Match(c, track)),
-                Some(_) => None,
-                None => self.take_some(bytes),
-            };
-            if event.is_some() {
-                return event;
-            }
+        let mut event = None;
+        self.take_records(bytes, 1, |c, track| event = Some(Event::Match(*c, track)));
+        while event.is_none() && self.held.fill(bytes, self.wanted()) {
+            event = self.take_held();
         }
-        None
+        event
     }
 
     /// Feeds `bytes` into `sink` up to the end of the first whole frame, and removes the used bytes from the front.
@@ -105,21 +73,18 @@ impl Decoder {
         bytes: &mut &[u8],
         sink: &mut impl FrameSink,
     ) -> Result<Option<Received>, FrameRefusal> {
-        while self.window.is_header() || !bytes.is_empty() {
+        loop {
             self.take_records(bytes, usize::MAX, |c, track| sink.take(c, track));
-            let Some(event) = self.take_some(bytes) else {
-                continue;
-            };
+            let Some(event) = self.next(bytes) else { return Ok(None) };
             match event {
                 Event::Started(header) => sink.start(&header).inspect_err(|_| self.refuse())?,
                 Event::Match(correspondence, track) => sink.take(&correspondence, track),
-                Event::Discarded(_) => sink.discard(),
+                Event::Discarded => sink.discard(),
                 Event::Finished(header) => {
                     return Ok(Some(Received { header, taken: sink.finish() }));
                 }
             }
         }
-        Ok(None)
     }
 
     /// Drops the rest of the current frame, and counts the frame as refused. Call it when the sink refuses the frame;
@@ -137,8 +102,8 @@ impl Decoder {
     /// lost.
     #[must_use]
     pub fn bytes_wanted(&self) -> usize {
-        let to_header = HEADER_BYTES.saturating_sub(self.window.held());
-        self.frame.as_ref().map_or(to_header, FrameBody::bytes_left).max(1)
+        let to_end = self.frame.as_ref().map_or(HEADER_BYTES, FrameBody::bytes_left);
+        to_end.saturating_sub(self.held.len()).max(1)
     }
 
     /// Returns the statistics since the decoder was created.
@@ -152,81 +117,12 @@ impl Decoder {
         count(&mut self.counters.overruns);
     }
 
-    /// Skips to the next possible header between frames, and takes bytes until they complete a header or no begun
-    /// header remains.
-    fn search(&mut self, bytes: &mut &[u8]) {
-        if self.window.is_empty() {
-            let start = bytes.iter().position(|&byte| byte == MAGIC[0]).unwrap_or(bytes.len());
-            *bytes = bytes.get(start..).unwrap_or_default();
-            self.skip(start);
-        }
-        let before = self.window.held();
-        let taken = self.window.take(bytes.iter().copied(), false);
-        work!(self, taken.bytes);
-        self.count_bad(taken);
-        *bytes = bytes.get(taken.bytes..).unwrap_or_default();
-        self.skip((before + taken.bytes).saturating_sub(self.window.held()));
+    /// Returns the number of held bytes that can be decoded: a header, a record or the CRC of a frame.
+    fn wanted(&self) -> usize {
+        self.frame.as_ref().map_or(HEADER_BYTES, FrameBody::wanted)
     }
 
-    fn count_bad(&mut self, taken: Taken) {
-        let bad = &mut self.counters.bad_header;
-        *bad = bad.saturating_add(taken.bad_headers);
-    }
-
-    /// Moves the window on from a header, and counts the bytes that leave the window.
-    fn slide(&mut self) {
-        self.window.slide();
-        self.skip(HEADER_BYTES.saturating_sub(self.window.held()));
-    }
-
-    /// Counts bytes that left the window or never entered it.
-    fn skip(&mut self, bytes: usize) {
-        let skipped = bytes.saturating_sub(self.received);
-        self.received = self.received.saturating_sub(bytes);
-        let bytes = u32::try_from(skipped).unwrap_or(u32::MAX);
-        self.counters.skipped_bytes = self.counters.skipped_bytes.saturating_add(bytes);
-    }
-
-    /// Takes the header that the window holds.
-    #[inline(never)]
-    fn take_header(&mut self) -> Option<Event> {
-        // The header starts inside a frame: this call ends the frame, and the window keeps the header.
-        if let Some(frame) = self.frame.take() {
-            count(&mut self.counters.truncated);
-            return frame.was_handed_out().then_some(Event::Discarded(Damage::Truncated));
-        }
-        // Two reads of each byte: the header is copied, and its bytes begin the CRC of the frame.
-        work!(self, 2 * HEADER_BYTES);
-        let bytes = self.window.bytes();
-        match FrameHeader::decode_fields(&bytes) {
-            Err(_) => {
-                count(&mut self.counters.unsupported);
-                self.slide();
-                None
-            }
-            Ok(header) => {
-                // The window keeps the last bytes of the header: if this frame is cut off, they may start the next one.
-                self.window.slide();
-                self.received = 0;
-                let repeated = self.last == Some(header.sequence);
-                let disposition =
-                    if repeated { Disposition::Repeated } else { Disposition::Accepted };
-                self.frame = Some(FrameBody::new(header, &bytes, disposition));
-                (!repeated).then_some(Event::Started(header))
-            }
-        }
-    }
-
-    /// Takes the next record of a frame, if it is in one piece and holds no start of a header.
-    #[inline(always)]
-    fn take_record(&mut self, bytes: &mut &[u8]) -> Option<Step> {
-        let (before, mut step) = (bytes.len(), Step::None);
-        self.take_records(bytes, 1, |c, track| step = Step::Match(*c, track));
-        (bytes.len() < before).then_some(step)
-    }
-
-    /// Takes records of a frame in one piece, up to the last record or to a record that may hold the start of a header.
-    /// The loop avoids a copy of each match into an event.
+    /// Takes whole records of a frame where they are, without a copy of each match into an event.
     ///
     /// * `most`: largest number of records.
     #[inline(always)]
@@ -236,67 +132,69 @@ impl Decoder {
         most: usize,
         take: impl FnMut(&Correspondence<f32>, u16),
     ) {
-        let Some(frame) = self.frame.as_mut().filter(|_| self.window.is_empty()) else { return };
-        #[cfg(test)]
-        let before = bytes.len();
-        frame.take_records(bytes, most, take);
-        work!(self, before - bytes.len());
+        if let Some(frame) = self.frame.as_mut().filter(|_| self.held.len() == 0) {
+            frame.take_records(bytes, most, take);
+        }
     }
 
-    /// Takes a header, bytes of a frame, or bytes between frames.
+    /// Takes the held bytes: a header, a record or the CRC of a frame.
     #[inline(never)]
-    fn take_some(&mut self, bytes: &mut &[u8]) -> Option<Event> {
-        if self.window.is_header() {
-            return self.take_header();
+    fn take_held(&mut self) -> Option<Event> {
+        match &mut self.frame {
+            None => self.take_header(),
+            Some(frame) if frame.is_at_crc() => self.finish(),
+            Some(frame) => {
+                let mut event = None;
+                let take = |c: &_, track| event = Some(Event::Match(*c, track));
+                frame.take_records(&mut self.held.bytes(), 1, take);
+                self.held.clear();
+                event
+            }
         }
-        if self.frame.is_some() {
-            return self.take_bytes(bytes);
+    }
+
+    /// Takes a header, or skips to the next place that may start one.
+    fn take_header(&mut self) -> Option<Event> {
+        let bytes = self.held.bytes().first_chunk()?;
+        match FrameHeader::decode(bytes) {
+            Ok(header) => {
+                let repeated = self.last == Some(header.sequence);
+                let disposition =
+                    if repeated { Disposition::Repeated } else { Disposition::Accepted };
+                self.frame = Some(FrameBody::new(header, bytes, disposition));
+                self.held.clear();
+                return (!repeated).then_some(Event::Started(header));
+            }
+            Err(HeaderError::Magic) => (),
+            Err(HeaderError::Crc) => count(&mut self.counters.bad_header),
+            Err(_) => count(&mut self.counters.unsupported),
         }
-        self.search(bytes);
+        let skipped = self.held.seek(1).try_into().unwrap_or(u32::MAX);
+        self.counters.skipped_bytes = self.counters.skipped_bytes.saturating_add(skipped);
         None
     }
 
-    /// Takes bytes of a frame up to the end of the record or of the CRC, or until they complete a header.
-    #[inline(never)]
-    fn take_bytes(&mut self, bytes: &mut &[u8]) -> Option<Event> {
-        let frame = self.frame.as_mut()?;
-        let filled = frame.room().iter_mut().zip(*bytes).map(|(place, byte)| {
-            *place = *byte;
-            *byte
-        });
-        let taken = self.window.take(filled, true);
-        *bytes = bytes.get(taken.bytes..).unwrap_or_default();
-        let step = frame.take_filled(taken.bytes);
-        work!(self, 2 * taken.bytes);
-        self.count_bad(taken);
-        match step {
-            Step::None => None,
-            Step::Match(c, track) => Some(Event::Match(c, track)),
-            Step::End(whole) => self.finish(whole),
-        }
-    }
-
-    fn finish(&mut self, whole: bool) -> Option<Event> {
+    /// Ends a frame whose CRC is held.
+    fn finish(&mut self) -> Option<Event> {
         let frame = self.frame.take()?;
-        // The window keeps the last bytes of this frame, because the next frame may start within them. This may happen
-        // even if this frame is whole: its end may have been lost, and the next frame may begin with the same bytes.
-        self.received = if whole { self.window.held() } else { 0 };
-        if !whole {
+        if !frame.is_crc(self.held.bytes()) {
             count(&mut self.counters.bad_crc);
-            return frame.was_handed_out().then_some(Event::Discarded(Damage::Crc));
+            // If the frame has lost up to 4 bytes, the next one starts within the held bytes.
+            self.held.seek(0);
+            let handed_out = frame.disposition == Disposition::Accepted;
+            return handed_out.then_some(Event::Discarded);
         }
+        self.held.clear();
         if frame.disposition == Disposition::Repeated {
             count(&mut self.counters.repeats);
             return None;
         }
         self.count_missing(&frame.header);
-        match frame.disposition {
-            Disposition::Accepted => {
-                count(&mut self.counters.good);
-                Some(Event::Finished(frame.header))
-            }
-            Disposition::Repeated | Disposition::Refused => None,
+        if frame.disposition == Disposition::Refused {
+            return None;
         }
+        count(&mut self.counters.good);
+        Some(Event::Finished(frame.header))
     }
 
     /// Stores the sequence number of a whole frame, and counts the overrun, the missing frames or the restart that the
@@ -320,71 +218,5 @@ impl Decoder {
 impl Default for Decoder {
     fn default() -> Self {
         Self::new()
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    extern crate std;
-
-    use super::super::crc::FrameCrc;
-    use super::*;
-    use std::vec::Vec;
-
-    fn frame(sequence: u32, record: [u8; RECORD_BYTES], count: u16) -> Vec<u8> {
-        let header = FrameHeader {
-            timestamp_us: 0,
-            sequence,
-            count,
-            image_size: [1920, 1200],
-            grid_step: 256,
-            fraction_bits: 8,
-            pyramid_ratio: 77,
-            dropped_before: false,
-            more_found: false,
-        };
-        let header = header.encode().unwrap();
-        let mut crc = FrameCrc::new(&header);
-        (0..count).for_each(|_| crc.add(&record));
-        let records = [record].repeat(count.into());
-        [&header[..], records.as_flattened(), &crc.value().to_le_bytes()].concat()
-    }
-
-    /// Returns the number of bytes read per byte of a stream.
-    fn work_per_byte(stream: &[u8]) -> f64 {
-        let (mut decoder, mut bytes) = (Decoder::new(), stream);
-        while decoder.next(&mut bytes).is_some() {}
-        let [work, bytes] =
-            [decoder.work, stream.len()].map(|n| f64::from(u32::try_from(n).unwrap()));
-        work / bytes
-    }
-
-    #[test]
-    fn no_stream_takes_more_than_four_times_the_work_of_frames() {
-        let record = [7, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 0, 0];
-        let frames: Vec<u8> = (0..20).flat_map(|k| frame(k, record, 250)).collect();
-        let usual = work_per_byte(&frames);
-        assert!(usual < 1.05, "{usual}");
-        let magics = MAGIC.repeat(5000);
-        let header = &frame(1, record, u16::MAX)[..HEADER_BYTES];
-        let headers: Vec<u8> =
-            (0..500).flat_map(|k| frame(k, record, 9)[..HEADER_BYTES].to_vec()).collect();
-        let empty: Vec<u8> = (0..500).flat_map(|k| frame(k, record, 0)).collect();
-        let nearly = [&MAGIC[..], &[1, 0, 8, 77]].concat().repeat(2000);
-        let streams: [&[u8]; 9] = [
-            &magics,
-            &[header, &magics].concat(),
-            &b"S".repeat(9000),
-            &b"SC".repeat(9000),
-            &[header, &b"SC".repeat(9000)].concat(),
-            &nearly,
-            &[header, &nearly].concat(),
-            &headers,
-            &empty,
-        ];
-        for (k, stream) in streams.iter().enumerate() {
-            let work = work_per_byte(stream);
-            assert!(work <= 4.0 * usual, "{k}: {work}");
-        }
     }
 }

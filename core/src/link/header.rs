@@ -130,6 +130,7 @@ impl FrameHeader {
     ///
     /// # Errors
     /// [`HeaderError`]; the CRC is checked before the fields.
+    #[rustfmt::skip]
     pub fn decode(bytes: &[u8; HEADER_BYTES]) -> Result<Self, HeaderError> {
         if !bytes.starts_with(&MAGIC) {
             return Err(HeaderError::Magic);
@@ -140,12 +141,6 @@ impl FrameHeader {
         if covered.map(|(covered, _)| checksum::of(covered)) != Some(crc) {
             return Err(HeaderError::Crc);
         }
-        Self::decode_fields(bytes)
-    }
-
-    /// Decodes a header whose magic and CRC are correct.
-    #[rustfmt::skip]
-    pub(super) fn decode_fields(bytes: &[u8; HEADER_BYTES]) -> Result<Self, HeaderError> {
         let [
             _, _, _, _, version, flags, fraction_bits, pyramid_ratio,
             s0, s1, s2, s3, c0, c1, g0, g1,

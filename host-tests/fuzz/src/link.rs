@@ -165,7 +165,7 @@ fn check_order(events: &[Event], stream: &[u8]) {
                 assert!((0.0..=1.0).contains(&m.score), "{m:?}");
                 open.as_mut().expect("a frame has begun").1.push((*m, *track));
             }
-            Event::Discarded(_) => assert!(open.take().is_some(), "nothing to discard"),
+            Event::Discarded => assert!(open.take().is_some(), "nothing to discard"),
             Event::Finished(header) => {
                 let (begun, matches) = open.take().expect("a frame has begun");
                 assert_eq!((begun, usize::from(header.count)), (*header, matches.len()));

@@ -112,7 +112,7 @@ impl Calibrator {
     fn link(&self, py: Python<'_>) -> PyResult<BTreeMap<&str, u32>> {
         let c = call!(self, py, held => *held.decoder.counters());
         let counts = named! {
-            c: good bad_crc bad_header unsupported truncated gaps repeats restarts overruns refused skipped_bytes
+            c: good bad_crc bad_header unsupported gaps repeats restarts overruns refused skipped_bytes
         };
         Ok(counts.into())
     }

@@ -8,7 +8,7 @@ use std::fmt::Debug;
 use stereo_selfcal::batch::Pushed;
 use stereo_selfcal::depth::{MotionError, RangeError, Witnessed};
 use stereo_selfcal::geometry::{ProjectError, RectifyError, Side, UndistortError};
-use stereo_selfcal::link::{Damage, EncodeError, FrameRefusal, HeaderError, ReceiveError};
+use stereo_selfcal::link::{EncodeError, FrameRefusal, HeaderError, ReceiveError};
 use stereo_selfcal::outcome::{Direction, Stop};
 use stereo_selfcal::{ApplyError, Cause, Fused, PushError, Reason, Rejection, RestoreError, State};
 use stereo_selfcal_capi::selfcal_error_t::{self, *};
@@ -174,7 +174,6 @@ fn errors_with_one_remedy_share_a_code_and_others_do_not() {
 
 #[test]
 fn the_other_errors_of_the_link_have_numbers_of_their_own() {
-    let damage = [Damage::Crc, Damage::Truncated];
     let busy = FrameRefusal::Busy;
     let receive: [ReceiveError<u8, u8>; 5] = [
         ReceiveError::Bus(0),
@@ -185,14 +184,12 @@ fn the_other_errors_of_the_link_have_numbers_of_their_own() {
     ];
     assert_complete("HeaderError", &HEADER);
     assert_complete("EncodeError", &ENCODE);
-    assert_complete("Damage", &damage);
     assert_complete("ReceiveError", &receive);
     // Three errors of a header share a number, because the sender must correct each of them. The error of a score has
     // the number that `PushError` uses.
     let numbers = [
         HEADER[..4].iter().map(HeaderError::code).collect(),
         ENCODE.map(|error| error.code()).to_vec(),
-        damage.map(|damage| damage.code()).to_vec(),
         receive.map(|error| error.code()).to_vec(),
     ]
     .concat();

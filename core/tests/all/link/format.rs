@@ -46,6 +46,6 @@ fn the_example_encodes_to_its_bytes() {
 
 #[test]
 fn the_bytes_of_the_example_decode_to_its_meaning() {
-    let (frames, damages, _) = received(&bytes_of_the_page());
-    assert_eq!((frames, damages), (vec![example()], vec![]));
+    let (frames, discarded, _) = received(&bytes_of_the_page());
+    assert_eq!((frames, discarded), (vec![example()], 0));
 }

@@ -1,4 +1,4 @@
-//! Wire format, decoder and drivers: undamaged frames are received exactly, whatever the damage of other frames.
+//! Wire format, decoder and drivers: frames are received exactly, or not at all.
 
 #[cfg(feature = "async")]
 mod asynchronous;

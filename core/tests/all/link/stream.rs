@@ -1,7 +1,7 @@
 //! Frames as sent, and frames as received from a stream.
 
 use stereo_selfcal::Correspondence;
-use stereo_selfcal::link::{Damage, Decoder, Event, FrameCrc, FrameHeader, MatchRecord, Received};
+use stereo_selfcal::link::{Decoder, Event, FrameCrc, FrameHeader, MatchRecord, Received};
 
 /// Content of a frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,9 +75,9 @@ pub(crate) fn events<'a>(
     events
 }
 
-/// Whole frames among the events, and the damage of the frames that are discarded after an intact header.
-pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
-    let (mut frames, mut damages) = (Vec::new(), Vec::new());
+/// Whole frames among the events, and the number of frames that are discarded after an intact header.
+pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, usize) {
+    let (mut frames, mut discarded) = (Vec::new(), 0);
     let mut open: Option<Frame> = None;
     for event in events {
         match event {
@@ -91,19 +91,19 @@ pub(crate) fn whole(events: &[Event]) -> (Vec<Frame>, Vec<Damage>) {
                 assert_eq!(frame.header, *header);
                 frames.push(frame);
             }
-            Event::Discarded(damage) => {
+            Event::Discarded => {
                 open.take().unwrap();
-                damages.push(*damage);
+                discarded += 1;
             }
         }
     }
-    (frames, damages)
+    (frames, discarded)
 }
 
-/// Whole frames of a stream that is fed in one piece, the damage of the frames that are discarded after an intact
-/// header, and the decoder after the stream.
-pub(crate) fn received(bytes: &[u8]) -> (Vec<Frame>, Vec<Damage>, Decoder) {
+/// Whole frames of a stream that is fed in one piece, the number of frames that are discarded after an intact header, and
+/// the decoder after the stream.
+pub(crate) fn received(bytes: &[u8]) -> (Vec<Frame>, usize, Decoder) {
     let mut decoder = Decoder::new();
-    let (frames, damages) = whole(&events(&mut decoder, [bytes]));
-    (frames, damages, decoder)
+    let (frames, discarded) = whole(&events(&mut decoder, [bytes]));
+    (frames, discarded, decoder)
 }

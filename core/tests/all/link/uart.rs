@@ -32,9 +32,9 @@ fn a_blocking_read_returns_the_bytes_available() {
 }
 
 #[test]
-fn a_failing_stream_costs_one_frame() {
+fn a_failing_stream_costs_a_frame_and_the_next_one() {
     let wire = Wire::default();
-    let frames = [1, 2].map(|sequence| Frame::plain(sequence, 40));
+    let frames = [1, 2, 3].map(|sequence| Frame::plain(sequence, 40));
     wire.send(frames.iter().flat_map(Frame::bytes));
     let mut matcher = StreamMatcher::new(wire.clone());
     let mut taken = Taken::default();
@@ -43,7 +43,7 @@ fn a_failing_stream_costs_one_frame() {
     let failed = Err(ReceiveError::Bus(embedded_io::ErrorKind::Other));
     assert_eq!(matcher.poll(&mut taken), failed);
     matcher.note_overrun();
-    assert_eq!(matcher.poll_until(&mut taken, || wire.waiting() == 0), Ok(frames[1].whole()));
+    assert_eq!(matcher.poll_until(&mut taken, || wire.waiting() == 0), Ok(frames[2].whole()));
     assert_eq!(matcher.counters().overruns, 1);
     assert_eq!(matcher.poll_until(&mut taken, || true), Err(ReceiveError::TimedOut));
     assert_eq!(matcher.release().waiting(), 0);

@@ -73,9 +73,7 @@ pub(crate) fn decode(probe: &Probe, records: &[MatchRecord]) -> Sample {
 pub(crate) enum Damaged {
     /// The magic of a header repeatedly: a header may start in each fourth byte.
     Magics,
-    /// The same after the header of a long frame.
-    MagicsWithinFrame,
-    /// Headers with a correct checksum, each of a frame that is cut off.
+    /// Headers of empty frames without the checksum of the frame.
     Headers,
 }
 
@@ -85,16 +83,13 @@ pub(crate) enum Damaged {
 /// If a frame is decoded.
 pub(crate) fn decode_damaged(probe: &Probe, damaged: Damaged) -> (u32, usize) {
     const RECORDS: usize = CAPACITY;
-    let header = FrameHeader { count: u16::MAX, ..HEADER }.encode().expect("valid");
-    let (magic, _) = header.split_at(4);
+    let header = FrameHeader { count: 0, ..HEADER }.encode().expect("valid");
     let mut bytes = [0; RECORDS * MatchRecord::BYTES];
-    let (first, again) = match damaged {
-        Damaged::Magics => (magic, magic),
-        Damaged::MagicsWithinFrame => (header.as_slice(), magic),
-        Damaged::Headers => (header.as_slice(), header.as_slice()),
+    let again = match damaged {
+        Damaged::Magics => &header[..4],
+        Damaged::Headers => &header,
     };
-    let content = first.iter().chain(again.iter().cycle());
-    bytes.iter_mut().zip(content).for_each(|(to, from)| *to = *from);
+    bytes.iter_mut().zip(again.iter().cycle()).for_each(|(to, from)| *to = *from);
     let mut decoder = Decoder::new();
     let mut rest = bytes.as_slice();
     let (fed, sample) = probe.run(|| calls::feed(&mut decoder, &mut rest, &mut DiscardingSink));

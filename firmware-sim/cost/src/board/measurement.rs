@@ -66,7 +66,6 @@ fn input<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) {
     row("stack of decoding a frame", "bytes", decoded.stack);
     for (name, damaged) in [
         ("decode 16 bytes of magics mean", Damaged::Magics),
-        ("decode 16 bytes of magics within a frame mean", Damaged::MagicsWithinFrame),
         ("decode 16 bytes of headers mean", Damaged::Headers),
     ] {
         let (instructions, records) = frame::decode_damaged(probe, damaged);

@@ -18,7 +18,7 @@ const FAULTS: Faults = Faults { damaged: 0.2, dropped: 0.02, repeated: 0.02, noi
 ///
 /// Frames of 0 to 512 matches with any content, in pieces of any length. 20 % of them are damaged, 2 %
 /// dropped, 2 % repeated, and noise follows 5 %. The run fails if the output differs from the input, or if a frame is
-/// lost that was whole on the wire.
+/// lost that was whole on the wire and did not take the place of lost bytes of a damaged frame.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:
   evidence link
@@ -68,8 +68,8 @@ fn print(counts: &SoakCounts) -> Result<()> {
         ("frames received whole and handed out", counts.decoded),
         ("handed out, not as sent", counts.wrong),
         ("handed out twice", counts.twice),
-        ("received whole and lost, after a whole one", counts.missed),
-        ("received whole and lost, after a bad one", counts.missed_next),
+        ("whole, in the place of lost bytes of another", counts.taken),
+        ("whole and lost for no reason", counts.missed),
         ("without its end, which the next frame supplied, handed out", counts.mended),
     ] {
         writeln!(out, "{what:<45} {count:>12}")?;

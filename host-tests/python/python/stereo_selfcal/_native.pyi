@@ -401,7 +401,7 @@ class Calibrator:
 
     @property
     def link(self) -> dict[str, int]:
-        """Statistics of the frames: ``good``, ``bad_crc``, ``truncated``, ``gaps``, .."""
+        """Statistics of the frames: ``good``, ``bad_crc``, ``gaps``, .."""
 
     def push_range(
         self,

@@ -53,7 +53,7 @@ impl<R: BufRead> Iterator for FrameReader<R> {
             let used = there - bytes.len();
             self.input.consume(used);
             match event {
-                Some(Event::Started(_) | Event::Discarded(_)) => self.matches.clear(),
+                Some(Event::Started(_) | Event::Discarded) => self.matches.clear(),
                 Some(Event::Match(m, _)) => self.matches.push(m),
                 Some(Event::Finished(header)) => {
                     let matches = std::mem::take(&mut self.matches);
@@ -89,7 +89,6 @@ pub fn counted(c: &Counters) -> String {
     let rare = [
         (c.bad_crc, "with a wrong checksum"),
         (c.bad_header, "with a damaged header"),
-        (c.truncated, "cut short"),
         (c.unsupported, "of another version"),
         (c.refused, "refused"),
         (c.gaps, "missing in the sequence"),

@@ -42,7 +42,8 @@ fn a_recorded_stream_replays_as_its_set_and_a_damaged_one_as_its_whole_frames() 
         said.split(", ").find_map(|s| s.strip_suffix(" damaged")?.parse().ok()).unwrap();
     assert!((2..10).contains(&damaged), "{said}");
     let (good, _, heard) = selfcal(&["replay", &bad, "--rig", "opencv_chess_sift"]);
-    assert!(good && heard.contains(&format!("{} whole frames, ", 13 - damaged)), "{heard}");
+    // One damaged frame has lost more than 4 bytes and takes the start of the next one.
+    assert!(good && heard.contains(&format!("{} whole frames, ", 12 - damaged)), "{heard}");
     let (good, _, why) = selfcal(&["replay", &bad]);
     assert!(!good && why.contains("--rig"), "{why}");
     let (good, _, why) = selfcal(&["replay", &bad, "--rig", "aloe_sift"]);
