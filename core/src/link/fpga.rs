@@ -72,16 +72,15 @@ impl<SPI: embedded_hal_async::spi::SpiDevice, RDY: embedded_hal_async::digital::
         &mut self,
         sink: &mut impl super::sink::FrameSink,
     ) -> Result<super::sink::Received, ReceiveError<SPI::Error, RDY::Error>> {
-        let mut received = self.buffer.pending(sink)?;
+        super::receiver::refuse_if_busy(sink)?;
         loop {
-            if let Some(frame) = received {
-                return Ok(frame);
-            }
             self.source.ready.wait_for_high().await.map_err(ReceiveError::Ready)?;
             let space = self.buffer.space();
             let count = space.len();
             self.source.spi.read(space).await.map_err(ReceiveError::Bus)?;
-            received = self.buffer.received(count, sink)?;
+            if let Some(frame) = self.buffer.received(count, sink)? {
+                return Ok(frame);
+            }
         }
     }
 }

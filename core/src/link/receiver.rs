@@ -109,10 +109,8 @@ impl<S: Source> FrameReceiver<S> {
         &mut self,
         sink: &mut impl FrameSink,
     ) -> Result<ReadStatus, ReceiveError<S::Error, Infallible>> {
-        match self.buffer.pending(sink)? {
-            Some(frame) => Ok(ReadStatus::Frame(frame)),
-            None => self.transfer(sink),
-        }
+        refuse_if_busy(sink)?;
+        self.transfer(sink)
     }
 
     /// Reads until a frame is whole, and returns it.
@@ -152,9 +150,7 @@ impl<S: ReadySource> FrameReceiver<S> {
         &mut self,
         sink: &mut impl FrameSink,
     ) -> Result<ReadStatus, ReceiveError<S::Error, S::ReadyError>> {
-        if let Some(frame) = self.buffer.pending(sink)? {
-            return Ok(ReadStatus::Frame(frame));
-        }
+        refuse_if_busy(sink)?;
         if self.source.is_ready()? { self.transfer(sink) } else { Ok(ReadStatus::Idle) }
     }
 
@@ -171,6 +167,11 @@ impl<S: ReadySource> FrameReceiver<S> {
     ) -> Result<Received, ReceiveError<S::Error, S::ReadyError>> {
         until(expired, || self.poll(sink))
     }
+}
+
+/// Refuses a frame before its bytes are read.
+pub(super) fn refuse_if_busy(sink: &impl FrameSink) -> Result<(), FrameRefusal> {
+    if sink.is_busy() { Err(FrameRefusal::Busy) } else { Ok(()) }
 }
 
 fn until<E, P>(
