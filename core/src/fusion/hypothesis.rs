@@ -329,7 +329,7 @@ impl<T: Scalar> Hypothesis<T> {
     /// Returns whether the RMS row offset over the sums at one pose is below [`IMPROVEMENT`] times that at another
     /// pose. False if a pose has no corresponding pose at rest ([`Self::pose_at_rest`]).
     #[inline(never)]
-    pub(super) fn fits_clearly_better_at(
+    fn fits_clearly_better_at(
         &self,
         one: &RectifyingRotations<T>,
         other: &RectifyingRotations<T>,

@@ -109,9 +109,9 @@ impl<T: Scalar> Fusion<T> {
         })
     }
 
-    /// Returns whether the calibration that may be applied is better than that in use: the pairs have shown a turn of the
-    /// mount, or it fits all pairs clearly better, and the calibration in use differs from the estimate by more than
-    /// chance. `None` if the sums have another lens correction than one of the two.
+    /// Returns whether a change of the calibration in use is worthwhile: the pairs have shown a turn of the mount, or the
+    /// estimate fits all pairs clearly better, and the calibration that would be applied differs from that in use by more
+    /// than chance. `None` if the sums have another lens correction than one of the two.
     ///
     /// * `calibrations`: in use, and applicable; `covariance`: covariance of the estimate, rad^2.
     #[inline(never)]
@@ -135,10 +135,10 @@ impl<T: Scalar> Fusion<T> {
         // Rows are compared with rows, so that the yaw of the lens counts against neither.
         let [used, next] = calibrations.map(|of| as_rows(hypothesis, yaw, of, context));
         let (used, next) = used.zip(next)?;
-        let off = hypothesis.pose().unknowns_to(used.rotations());
+        let off = next.rotations().unknowns_to(used.rotations());
         let differs =
             covariance.inverse_form(&off).is_none_or(|form| form >= T::lit(SIGNIFICANT_CHANGE));
-        Some(differs && hypothesis.fits_clearly_better_at(next.rotations(), used.rotations()))
+        Some(differs && hypothesis.fits_clearly_better_than(used.rotations()))
     }
 
     /// Returns extrinsics with the baseline in use and the `R` fitted to it. Without a fit of `R`, returns the

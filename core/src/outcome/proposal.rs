@@ -65,8 +65,8 @@ pub struct Proposal<T: Scalar> {
     /// Whether pairs have determined the baseline direction: its variance is at most an eighth of the variance of the
     /// prior. Points more than some thousand baselines away do not observe it, because their disparities are noise.
     pub baseline_observed: bool,
-    /// Whether the pairs fit `applicable` clearly better than the calibration in use: their RMS row offset is smaller by
-    /// a tenth, and the estimate differs from that in use by more than chance. `None` if the calibration in use or
+    /// Whether the pairs fit the estimate clearly better than the calibration in use: their RMS row offset is smaller by
+    /// a tenth, and `applicable` differs from that in use by more than chance. `None` if the calibration in use or
     /// `applicable` belongs to other cameras than the rays of the pairs ([`crate::LensTracking::Compensate`]), because the sums over the pairs
     /// cannot compare the two then.
     pub improves: Option<bool>,
