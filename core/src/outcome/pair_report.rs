@@ -18,7 +18,7 @@ use crate::state::Stop;
 #[non_exhaustive]
 pub struct PairReport<T: Scalar> {
     /// `R`, `t` of the pair. They make its rows equal, so their yaw contains the apparent yaw of the lenses
-    /// ([`crate::outcome::Proposal::lens_yaw`]).
+    /// ([`crate::Proposal::lens_yaw`]).
     pub extrinsics: Extrinsics<T>,
     /// Information on `R`, `t`, 1/rad^2: inverse covariance of the M-estimate, without the prior. The information on
     /// the baseline is 0 if the disparities are only noise; the published method refuses such a pair.
