@@ -59,7 +59,8 @@ impl<T: Scalar> ChangeDetector<T> {
         let decay = T::lit(WINDOW_DECAY);
         self.moments.scale(decay);
         self.moments.add(pair);
-        let information = measurement.biased_at(hypothesis.pose()).normal.information;
+        let whole = measurement.biased_at(hypothesis.pose()).normal.information;
+        let information = whole.scaled(context.share);
         self.variance = self.variance.scaled(decay * decay);
         self.variance.add(&information.scaled(context.scatter));
         let vibration = hypothesis.vibration(context);

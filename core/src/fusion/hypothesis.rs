@@ -24,12 +24,11 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::pair::leverage::form_peak;
 use crate::pair::solver::TrackStart;
 use crate::scalar::Scalar;
-use mode::Mode;
-
 use crate::thresholds::{
     AVERAGED_PAIRS, CHI_SQUARE_PAIRS, CROWD_SHARE, FREEDOM_RAD, IMPROVEMENT, MAX_LOCKED_SD_RAD,
     MAX_REDUCED_CHI_SQUARE, WINDOW_DECAY, WINDOW_PAIRS,
 };
+use mode::Mode;
 
 /// Sums over the supporting pairs, and their optimum.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +43,7 @@ pub(crate) struct Hypothesis<T: Scalar> {
     /// Normal equations of the last pair about the pose; zero in a restored hypothesis before its first pair.
     last: NormalEquations<T>,
     halves: ImageHalves<T>,
-    /// How the pairs are added.
+    /// Mode in which pairs are added.
     mode: Mode<T>,
     /// Information of the pairs in the sums, without the prior, 1/rad^2: at the pose for a rigid rig, on the mean pose
     /// for a vibrating rig.
@@ -127,7 +126,7 @@ impl<T: Scalar> Hypothesis<T> {
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.frame = measurement.pose;
         self.sums = *pair;
-        self.last = measurement.debiased_at(&self.pose);
+        self.last = measurement.debiased_at(&self.pose, context.share);
         (self.noise, self.inlier_share) = (measurement.noise, measurement.inlier_share);
         self.crowd = measurement.crowd;
         self.high_leverage = measurement.high_leverage;
@@ -149,6 +148,7 @@ impl<T: Scalar> Hypothesis<T> {
         update: &mut Update<T>,
     ) -> Result<(), Rejection> {
         update.pair = measurement.moments;
+        update.pair.scale(context.share);
         update.pair.change_frame(&measurement.pose, &self.frame);
         if !self.vibration(context).is_zero() {
             self.next_marginal(measurement, context, update).ok_or(Rejection::NoRig)?;
@@ -191,7 +191,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.crowd += (measurement.crowd - self.crowd) * gain;
         let moved = self.pose.unknowns_to(&optimum.pose);
         (self.pose, self.information) = (optimum.pose, optimum.information);
-        self.last = measurement.debiased_at(&self.pose);
+        self.last = measurement.debiased_at(&self.pose, context.share);
         self.settle(pair, mode);
         match mode {
             Mode::Rigid => self.add_to_halves(measurement, &moved, context),
@@ -362,7 +362,7 @@ impl<T: Scalar> Hypothesis<T> {
         if self.last == NormalEquations::ZERO {
             return;
         }
-        let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
+        let pair = measurement.debiased_at(&self.pose, context.share).with_prior(context.prior);
         let last = self.last.with_prior(context.prior);
         let apart = self.vibration(context).scaled(T::lit(2.0)).diagonal();
         if let Some(distance) = pair.distance_apart(&last, &apart) {

@@ -65,16 +65,17 @@ impl<T: Scalar> ImageHalves<T> {
         context: &Context<'_, T>,
     ) {
         let [all, left, upper] = &mut self.parts;
-        let whole = measurement.moments.biased_at_frame();
+        let whole = measurement.moments.biased_at_frame().scaled(context.share);
         all.add(&whole.about(to_pose));
         let pitch = |h: &Information<T>| h.0.diagonal()[0];
         let weight = pitch(&whole.normal.information).max(T::EPSILON);
-        for (sum, half) in [left, upper].into_iter().zip(&measurement.halves) {
+        let halves = measurement.halves.iter().map(|half| half.scaled(context.share));
+        for (sum, half) in [left, upper].into_iter().zip(halves) {
             // The noise is divided between the halves in proportion to their weights. The information on pitch measures
             // the weight.
             let share = pitch(&half.information) / weight;
             let noise = BaselineNoise(whole.noise.0.map(|n| n * share));
-            sum.add(&BiasedEquations { normal: *half, noise }.about(to_pose));
+            sum.add(&BiasedEquations { normal: half, noise }.about(to_pose));
         }
         self.pairs = self.pairs.saturating_add(1);
         (self.disagreement, _) = self.compare(context);

@@ -46,7 +46,7 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::state::State;
 use association::{Association, AssociationContext};
-use association_result::{AssociationResult, Support};
+use association_result::Support;
 use hypotheses::Hypotheses;
 use hypothesis::Hypothesis;
 use key_frame::KeyFrame;
@@ -228,11 +228,7 @@ impl<T: Scalar> Fusion<T> {
         let Self { hypotheses, association, reference, vibration, .. } = self;
         let result = association.result().ok_or(Rejection::NotBegun)?;
         let context = &context.counting(result.counting());
-        let fused = if context.share < T::ONE {
-            fuse_share(hypotheses, &result, reference, context)
-        } else {
-            hypotheses.fuse(&result, reference, context)
-        };
+        let fused = hypotheses.fuse(&result, reference, context);
         let is_heard = result.support != Support::None || result.evaluated.has_clear_peak();
         // Pairs that start or support a challenger beside a champion ([`Fused::KeptApart`]) do not update the vibration
         // estimate, because the wrong poses of weak pairs would look like a vibration that hides knocks. A pair that is
@@ -327,20 +323,6 @@ impl<T: Scalar> Fusion<T> {
     pub(crate) fn noise(&self) -> T {
         self.hypotheses.reported().map_or(T::ZERO, Hypothesis::noise)
     }
-}
-
-/// Fuses a pair of which only a share is new ([`Context::share`]).
-// Out of line, to keep the copy off the caller's stack.
-#[inline(never)]
-fn fuse_share<T: Scalar>(
-    hypotheses: &mut Hypotheses<T>,
-    result: &AssociationResult<'_, T>,
-    reference: &mut LensReference<T>,
-    context: &Context<'_, T>,
-) -> Result<Fused, Rejection> {
-    let mut evaluated = *result.evaluated;
-    evaluated.measurement.scale(context.share);
-    hypotheses.fuse(&AssociationResult { evaluated: &evaluated, ..*result }, reference, context)
 }
 
 /// Adds a refused pair, unless it reduces a variance. A refused pair may only show more vibration, not less.

@@ -280,21 +280,19 @@ impl<T: Scalar> EvaluatedPose<T> {
 }
 
 impl<T: Scalar> PairMeasurement<T> {
-    /// Multiplies the information by a factor.
-    pub(crate) fn scale(&mut self, factor: T) {
-        self.moments.scale(factor);
-        self.halves = self.halves.map(|half| half.scaled(factor));
-    }
-
     /// Returns the normal equations at any pose from the moments, exact for frozen weights. They include the noise of
     /// disparities.
     pub(crate) fn biased_at(&self, pose: &RectifyingRotations<T>) -> BiasedEquations<T> {
         self.moments.biased_at_pose(&self.pose, pose)
     }
 
-    /// Returns the equations of [`Self::biased_at`] without the noise of disparities.
-    pub(crate) fn debiased_at(&self, pose: &RectifyingRotations<T>) -> NormalEquations<T> {
-        self.biased_at(pose).debiased()
+    /// Returns a share of the equations of [`Self::biased_at`], without the noise of disparities.
+    pub(crate) fn debiased_at(
+        &self,
+        pose: &RectifyingRotations<T>,
+        share: T,
+    ) -> NormalEquations<T> {
+        self.biased_at(pose).scaled(share).debiased()
     }
 }
 

@@ -43,8 +43,7 @@ impl Functions {
         Self { opt, sizes }
     }
 
-    /// Bytes of each module of the core, by name.
-    /// Small modules are left out.
+    /// Bytes of each module of the core, by name. Small modules are left out.
     pub(crate) fn modules(&self) -> BTreeMap<&str, u64> {
         let mut sums = BTreeMap::new();
         for (name, size) in &self.sizes {

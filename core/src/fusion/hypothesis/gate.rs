@@ -16,7 +16,7 @@ impl<T: Scalar> Hypothesis<T> {
         measurement: &PairMeasurement<T>,
         context: &Context<'_, T>,
     ) -> Option<T> {
-        let pair = measurement.debiased_at(&self.pose).with_prior(context.prior);
+        let pair = measurement.debiased_at(&self.pose, context.share).with_prior(context.prior);
         let (step, covariance) = pair.optimum()?;
         let mut both = covariance.plus(&self.covariance(context)?);
         both.add_diagonal(T::lit(VIBRATION_RAD * VIBRATION_RAD));

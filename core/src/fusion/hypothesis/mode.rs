@@ -16,7 +16,7 @@ use crate::pair::evaluate::PairMeasurement;
 use crate::scalar::Scalar;
 use crate::thresholds::MAX_INCONSISTENCY;
 
-/// How the pairs of a hypothesis are added.
+/// Mode in which the pairs of a hypothesis are added.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(in crate::fusion) enum Mode<T> {
     /// The rig is rigid.
@@ -154,7 +154,7 @@ impl<T: Scalar> Hypothesis<T> {
                 marginal
             }
         };
-        let pair = measurement.debiased_at(&self.pose);
+        let pair = measurement.debiased_at(&self.pose, context.share);
         marginal.add(&pair, &now, context.fading(self.pairs))?;
         *mode = Mode::of(marginal);
         optimum.information = marginal.sum.information;
@@ -197,7 +197,8 @@ impl<T: Scalar> Hypothesis<T> {
             marginal.shift(moved);
         }
         self.halves.fade(context);
-        let alone = measurement.moments.biased_at_frame().debiased().with_prior(context.prior);
+        let pair = measurement.moments.biased_at_frame().scaled(context.share);
+        let alone = pair.debiased().with_prior(context.prior);
         if let Some(own) = alone.step() {
             self.halves.add(measurement, &own, context);
         }

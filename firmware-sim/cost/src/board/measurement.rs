@@ -3,7 +3,9 @@
 use cortex_m_semihosting::debug::{self, EXIT_SUCCESS};
 use stereo_selfcal::depth::{MotionError, Range, RangeReading, Tracks};
 use stereo_selfcal::link::MatchRecord;
-use stereo_selfcal::{Config, Correspondence, Extrinsics, FactoryCalibration, Scalar, State};
+use stereo_selfcal::{
+    Config, Correspondence, Extrinsics, FactoryCalibration, LensTracking, Scalar, State,
+};
 
 use crate::calls::{self, CAPACITY, CalibratorOf, fresh};
 use crate::frame::{self, Damaged};
@@ -24,6 +26,13 @@ const KNOCKED_DEGREES: f32 = 5.5;
 
 /// Number of measured pairs after the lock, after the knock, and after the loss of the estimate.
 const MEASURED_PAIRS: usize = 8;
+
+/// Number of pairs after which a lens is corrected.
+const CORRECTED_PAIRS: usize = 30;
+
+/// Number of pairs of a vibrating rig, and deflection of its cameras, degrees.
+const SHAKEN_PAIRS: usize = 24;
+const SHAKEN_DEGREES: f32 = 0.1;
 
 /// Number of batches of outliers alone, enough for the state `Lost`.
 const OUTLIER_BATCHES: usize = 12;
@@ -164,6 +173,24 @@ fn states<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
     run.knock();
     run.lose();
     run.recover();
+    run.creep("creeping at most");
+    run.shake();
+    let all = run.all;
+    all.max(&corrected::<T>(probe, records))
+}
+
+/// Measures pairs of a rig whose right lens is corrected.
+fn corrected<T: Scalar>(probe: &Probe, records: &mut [MatchRecord]) -> Calls {
+    let config = Config::robust().with_lens_tracking(LensTracking::Compensate);
+    let mut run = Run { calibrator: fresh::<T>(config), ..Run::begin(probe, records) };
+    run.scene.focal = 1.005;
+    let mut most = 0;
+    for _ in 0..CORRECTED_PAIRS {
+        most = most.max(run.pair().update);
+    }
+    let correction = run.calibrator.proposal().map(|proposal| proposal.correction);
+    assert!(correction.is_some_and(|by| !by.is_none()), "the focal length is corrected");
+    run.row("of a corrected lens at most", most);
     run.all
 }
 
@@ -188,6 +215,10 @@ impl<'a, T: Scalar> Run<'a, T> {
 
     fn pair(&mut self) -> PairCost {
         self.scene.fill(self.records);
+        self.process()
+    }
+
+    fn process(&mut self) -> PairCost {
         let cost = pair::process(self.probe, &mut self.calibrator, self.records);
         self.all = self.all.max(&cost.calls);
         cost
@@ -252,6 +283,27 @@ impl<'a, T: Scalar> Run<'a, T> {
         let most = (0..MEASURED_PAIRS).map(|_| self.pair().update).max().unwrap_or(0);
         assert!(self.calibrator.state() == State::Locked, "the state is locked again");
         self.row("lost at most", most);
+    }
+
+    /// Measures pairs of a scene that moves little, so that only a share of each is new.
+    fn creep(&mut self, name: &str) {
+        let mut most = 0;
+        for _ in 0..MEASURED_PAIRS {
+            self.scene.creep(self.records);
+            most = most.max(self.process().update);
+        }
+        self.row(name, most);
+    }
+
+    /// Measures pairs of a rig that vibrates before a scene that moves little.
+    fn shake(&mut self) {
+        for turn in (0..SHAKEN_PAIRS).map(|i| SHAKEN_DEGREES * [0.0, 1.0, -1.0, 0.5][i % 4]) {
+            self.scene.rig = Rig::off(START_DEGREES + turn);
+            self.pair();
+        }
+        let vibration = self.calibrator.proposal().map(|proposal| proposal.vibration);
+        assert!(vibration.is_some_and(|found| !found.is_none()), "the vibration is found");
+        self.creep("creeping and vibrating at most");
     }
 }
 

@@ -31,6 +31,9 @@ const INVERSE_DISTANCES: [f32; 2] = [1.0 / 80.0, 1.0 / 3.0];
 /// Scales the sum of four uniform numbers in -1 to 1 to noise of 0.3 px.
 const NOISE: f32 = 0.3 * 0.866;
 
+/// Motion of a creeping scene from pair to pair, px. A pair counts fully from 8 px on.
+const CREEP_PX: f32 = 3.0;
+
 /// `R`, `t` of the rig.
 #[derive(Clone, Copy)]
 pub(crate) struct Rig {
@@ -52,19 +55,33 @@ impl Rig {
 pub(crate) struct Scene {
     random: ChaCha8Rng,
     pub(crate) rig: Rig,
+    /// Focal length of the right camera over the given one.
+    pub(crate) focal: f32,
     /// Outliers per ten matches.
     pub(crate) outliers: usize,
 }
 
 impl Scene {
     pub(crate) fn new(rig: Rig) -> Self {
-        Self { random: ChaCha8Rng::seed_from_u64(0x5E1F_CA11), rig, outliers: 3 }
+        Self { random: ChaCha8Rng::seed_from_u64(0x5E1F_CA11), rig, focal: 1.0, outliers: 3 }
     }
 
     /// Generates the matches of the next pair.
     pub(crate) fn fill(&mut self, records: &mut [MatchRecord]) {
         for (i, record) in records.iter_mut().enumerate() {
             *record = self.record(i % 10 < self.outliers);
+        }
+    }
+
+    /// Moves the matches by a few columns, as the scene of a slow vehicle does. A match at the border stays.
+    pub(crate) fn creep(&mut self, records: &mut [MatchRecord]) {
+        for record in records {
+            let c = record.decode(&HEADER);
+            let [left, right] = [c.left, c.right].map(|[u, v]| [u + CREEP_PX + self.noise(), v]);
+            *record = MatchRecord::encode(&Correspondence { left, right, ..c }, &HEADER)
+                .ok()
+                .filter(|_| left[0].max(right[0]) < f32::from(SIZE[0]))
+                .unwrap_or(*record);
         }
     }
 
@@ -100,7 +117,8 @@ impl Scene {
         let inverse_distance = far + (near - far) * self.uniform();
         let p =
             self.rig.rotation * Vector3::new(x, y, 1.0) + self.rig.translation * inverse_distance;
-        [centre[0] + FOCAL_PX * p.x / p.z, centre[1] + FOCAL_PX * p.y / p.z]
+        let focal = FOCAL_PX * self.focal;
+        [centre[0] + focal * p.x / p.z, centre[1] + focal * p.y / p.z]
     }
 
     fn noise(&mut self) -> f32 {
