@@ -100,8 +100,8 @@
 //!   The result equals the result of [`Calibrator::solve_pair`], bit for bit.
 //! * A frame may come before the last pair is done. A driver of [`link`] then reads nothing, and the sender keeps the
 //!   frame. Without a driver, `push` returns [`PushError::Busy`], and a decoder returns [`link::FrameRefusal::Busy`]
-//!   once per frame. The pair continues; [`Calibrator::discard_pair`] abandons it. The
-//!   estimate stays unchanged if the pair has not been fused yet. A frame that is left out costs one pair.
+//!   once per frame. The pair continues; [`Calibrator::discard_pair`] abandons it. The estimate stays unchanged if the
+//!   pair has not been fused yet. A frame that is left out costs one pair.
 //!
 //! # Features
 //!

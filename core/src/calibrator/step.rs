@@ -7,8 +7,10 @@ use crate::config::LensTracking;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
+use crate::outcome::judge::{Evidence, Own};
 use crate::outcome::pair_report::{Fused, Outcome, PairReport};
-use crate::outcome::verdict::{Evidence, Own, Recent, Verdict};
+use crate::outcome::recent::Recent;
+use crate::outcome::verdict::Verdict;
 use crate::scalar::Scalar;
 use crate::state::State;
 

@@ -4,8 +4,9 @@
 //! Row offsets measure the sum of the two yaws. The estimate assumes that the yaw of the mount starts at the factory yaw
 //! and walks, and that the yaw of the lens does not change. A *witness* measures the mount alone.
 //!
-//! - `pose`: poses of the mount and of the rows. `yaw`: the two yaws and their covariance. `bank`: filters for a mount that rests, drifts or is knocked. `scatter`:
-//!   how much the yaw of the rows scatters from pair to pair. `mount`: what factory calibration, pairs and witnesses tell.
+//! - `pose`: poses of the mount and of the rows. `yaw`: the two yaws and their covariance. `bank`: filters for a mount
+//!   that rests, drifts or is knocked. `scatter`: how much the yaw of the rows scatters from pair to pair. `mount`: what
+//!   factory calibration, pairs and witnesses tell.
 //! - `range`: the witness of a known distance. `motion`: the witness of tracked matches of a moving rig.
 //! - `tracks`: joins the tracked matches of two frames.
 

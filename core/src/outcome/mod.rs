@@ -4,10 +4,13 @@
 pub(crate) mod cause;
 pub(crate) mod details;
 mod history;
+pub(crate) mod judge;
 pub(crate) mod lens_estimate;
+mod pair_fit;
 pub(crate) mod pair_report;
 pub(crate) mod proposal;
 pub(crate) mod reasons;
+pub(crate) mod recent;
 pub(crate) mod relief;
 mod robust_rms;
 pub(crate) mod verdict;

@@ -67,8 +67,8 @@ pub struct Proposal<T: Scalar> {
     pub baseline_observed: bool,
     /// Whether the pairs fit the estimate clearly better than the calibration in use: their RMS row offset is smaller by
     /// a tenth, and `applicable` differs from that in use by more than chance. `None` if the calibration in use or
-    /// `applicable` belongs to other cameras than the rays of the pairs ([`crate::LensTracking::Compensate`]), because the sums over the pairs
-    /// cannot compare the two then.
+    /// `applicable` belongs to other cameras than the rays of the pairs ([`crate::LensTracking::Compensate`]), because
+    /// the sums over the pairs cannot compare the two then.
     pub improves: Option<bool>,
     /// Reliability of `R`; `baseline_observed` tells whether pairs have determined `t`.
     pub state: State,
