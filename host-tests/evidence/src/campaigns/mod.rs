@@ -10,6 +10,7 @@ mod images;
 mod made;
 mod real;
 mod recorded;
+mod recording;
 mod table;
 
 use std::path::PathBuf;
