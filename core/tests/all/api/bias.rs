@@ -82,6 +82,27 @@ fn with_an_uncertain_lens_matches_biased_in_one_half_widen_the_deviations_and_do
 }
 
 #[test]
+fn a_fit_to_the_baseline_in_use_is_applied_once() {
+    // Image halves that disagree hold the baseline in use, which is off by half a degree, so the rows stay better with
+    // the estimate than with what is applied.
+    let given = rig(ROTATION, [BASELINE[0] + 0.5, BASELINE[1] - 0.5]);
+    let factory = FactoryCalibration::new(cameras(), given);
+    for bias_px in [0.5, 0.6] {
+        let config = Config::robust().without_lens_prior();
+        let mut calibrator = Calibrator::<f32, 256>::new(config, &factory);
+        let mut applied = 0;
+        for seed in 0..60 {
+            let _ = take(&mut calibrator, &biased(bias_px, seed));
+            if calibrator.verdict().should_apply {
+                calibrator.apply().unwrap();
+                applied += 1;
+            }
+        }
+        assert_eq!(applied, 1, "{bias_px}");
+    }
+}
+
+#[test]
 fn matches_biased_in_one_half_of_the_image_are_doubted_and_never_applied() {
     let [mut healthy, mut suspect] = [(); 2].map(|()| exact_lens());
     let truth = rig(ROTATION, BASELINE);

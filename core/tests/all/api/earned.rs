@@ -1,8 +1,8 @@
 //! Evidence for one calibration or estimate must not count for another one.
 
 use crate::api::presets::{calibrated, with};
-use crate::api::scene::{correspondences, fill, rig, take};
-use stereo_selfcal::{Calibrator, Cause, Config, Correspondence, Reason, Rejection, State};
+use crate::api::scene::{correspondences, correspondences_within, fill, rig, take};
+use stereo_selfcal::{Calibrator, Cause, Config, Correspondence, Fused, Reason, Rejection, State};
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
 const BASELINE: [f64; 2] = [0.5, -0.4];
@@ -60,6 +60,48 @@ fn a_pair_that_counts_has_its_verdict_wherever_it_is_abandoned() {
         suspect += u32::from(state == State::Suspect);
     }
     assert!((1..30).contains(&suspect), "{suspect}");
+}
+
+#[test]
+fn an_estimate_is_not_locked_by_a_pair_that_disagrees_with_it() {
+    // The matcher becomes noisy, so the estimate rejects pairs that agree with each other and with it.
+    let (mut apart, mut locked) = (0, 0);
+    for run in 0..8 {
+        let mut calibrator = calibrated(rig(ROTATION, BASELINE));
+        for pair in 0..40 {
+            let noise = if pair < 20 { 0.15 } else { 3.0 };
+            let matches = correspondences(&rig(ROTATION, BASELINE), 250, noise, 100 * run + pair);
+            let fused = take(&mut calibrator, &matches);
+            let disagrees = matches!(fused, Ok(Fused::KeptApart) | Err(Rejection::Disagrees));
+            assert!(!disagrees || calibrator.state() != State::Locked, "{run} {pair}: {fused:?}");
+            apart += u32::from(disagrees);
+        }
+        locked += u32::from(calibrator.state() == State::Locked);
+    }
+    assert!(apart > 8 && locked == 8, "{apart} {locked}");
+}
+
+#[test]
+fn one_far_scene_does_not_replace_a_baseline_in_use_and_three_do() {
+    // The rows of all matches are off as with a baseline 8 degrees away.
+    let biased = rig(ROTATION, BASELINE.map(|angle| angle + 8.0 * angle.signum()));
+    let replaces = |scenes: u64| {
+        let mut calibrator = calibrated(rig(ROTATION, BASELINE));
+        for pair in 0..9_u8 {
+            let seed = u64::from(pair) % scenes;
+            let scene = correspondences_within(&biased, [150.0, 1500.0], 250, 1.0, seed);
+            // The view moves less than a pixel, so a pair of one scene repeats it.
+            let by = 0.1 * f32::from(pair);
+            let moved = |c: Correspondence<f32>| {
+                let [left, right] = [c.left, c.right].map(|pixel| pixel.map(|x| x + by));
+                Correspondence { left, right, ..c }
+            };
+            let _ = take(&mut calibrator, &scene.into_iter().map(moved).collect::<Vec<_>>());
+        }
+        let t = calibrator.proposal().unwrap().applicable.translation().into_inner();
+        (t - calibrator.in_use().extrinsics.translation().into_inner()).norm() > 1e-4
+    };
+    assert_eq!([1, 3].map(replaces), [false, true]);
 }
 
 #[test]
