@@ -86,7 +86,7 @@ pub(super) fn details(
     let Details { in_use_px, proposed_px, fit_in_use, fit_proposed, .. } = details;
     writeln!(
         out,
-        "row offset         {in_use_px:.3} px RMS in use ({fit_in_use} matches fit), {proposed_px:.3} px by the estimate ({fit_proposed} fit)",
+        "rows, last pair    {in_use_px:.3} px RMS in use ({fit_in_use} matches fit), {proposed_px:.3} px by the estimate ({fit_proposed} fit)",
     )?;
     if let Some(all) = baseline_m.map(|baseline| details.depth_errors(baseline)) {
         let at = DEPTHS_M.iter().zip(all);

@@ -214,7 +214,11 @@ impl fmt::Display for Report {
             let arming = if judged.may_arm { "may arm" } else { "must not arm" };
             let px = |px: Option<f64>| px.map_or("-".into(), |px| format!("{px:.1} px"));
             let (rows, depth) = (px(judged.rows_px), px(judged.depth_px));
-            write!(f, "; rows {rows}, depth {depth}, coverage {:.2}: {arming}", judged.coverage)?;
+            write!(
+                f,
+                "; given rig, last pair: rows {rows}, depth {depth}, coverage {:.2}: {arming}",
+                judged.coverage
+            )?;
         }
         if let Some((theta, t)) = summary.e_theta.zip(summary.e_t) {
             let [theta, t] = [theta, t].map(f64::to_degrees);

@@ -19,7 +19,7 @@ pub use sphere::{Estimates, Reach, sphere_figure};
 use crate::report::{Page, Section};
 use rigs::data::Dataset;
 use rigs::formats::Document;
-use sim::run::{DepthErrors, RunLog, Step, Summary};
+use sim::run::{DepthErrors, Reference, RunLog, Step, Summary};
 
 /// A replayed recording.
 #[derive(Debug, Clone, Copy)]
@@ -44,9 +44,9 @@ impl Replayed<'_> {
         let mut page = Page::new(format!("Calibration of {}", self.set.name), lead(&summary));
         page.sections.push(outcome::section(self, &summary));
         page.sections.extend(depth::section(self, &summary));
-        page.sections.push(pair_by_pair::section(self));
+        page.sections.push(pair_by_pair::section(self, summary.reference));
         page.sections.push(coverage::section(self));
-        page.sections.push(self.spheres());
+        page.sections.push(self.spheres(summary.reference));
         page.sections.push(rig::section(self));
         Ok(page)
     }
@@ -75,12 +75,15 @@ impl Replayed<'_> {
         page.write(dir)
     }
 
-    fn spheres(&self) -> Section {
+    fn spheres(&self, known: Reference) -> Section {
         let mut section = Section::new("Estimates on their spheres");
         let Some(&reference) = self.log.truth() else {
             section.text("Not drawn: the pictures need a reference, and meta.json has no R and t.");
             return section;
         };
+        if known == Reference::Start {
+            section.text("The reference is the start of the run.");
+        }
         let steps = self.log.steps().iter();
         let estimates = Estimates {
             pairs: steps.filter_map(Step::pair_extrinsics).collect(),
@@ -97,5 +100,11 @@ fn lead(summary: &Summary) -> String {
     let rows = summary.rms_px_before.zip(summary.rms_px_after).map(|(before, after)| {
         format!(" Matches that fit lie {after:.2} px from their rows (RMS), {before:.2} px before.")
     });
-    format!("{accepted} of {pairs} pairs fused: {state}.{}", rows.unwrap_or_default())
+    let is_start = summary.reference == Reference::Start;
+    let moved = summary.e_theta.zip(summary.sd_rotation).filter(|_| is_start).map(|(theta, sd)| {
+        let [theta, sd] = [theta, sd].map(f64::to_degrees);
+        format!(" The cameras are turned against each other by {theta:.3} degrees from the start, reported sd {sd:.3}.")
+    });
+    let [rows, moved] = [rows, moved].map(Option::unwrap_or_default);
+    format!("{accepted} of {pairs} pairs fused: {state}.{rows}{moved}")
 }

@@ -6,7 +6,7 @@ use stereo_selfcal::{Extrinsics, State};
 use super::Replayed;
 use crate::report::{Cell, Section, Table};
 use rigs::data::{Meta, rows};
-use sim::run::{SCREEN_PX, Summary};
+use sim::run::{Reference, SCREEN_PX, Summary};
 
 pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
     let mut section = Section::new("Outcome");
@@ -19,8 +19,11 @@ pub(super) fn section(replayed: &Replayed<'_>, summary: &Summary) -> Section {
             "There is no estimate: it restarted with a corrected lens, and no pair was fused since.",
         ),
         None => section.alarm("There is no estimate: no pair could be fused."),
-        Some(fused) if fused.state != State::Locked || fused.is_doubtful() => {
+        Some(fused) if fused.state != State::Locked => {
             section.alarm(format!("The calibrator does not confirm this estimate: {fused}."));
+        }
+        Some(fused) if fused.is_doubtful() => {
+            section.alarm(format!("The calibrator doubts this estimate: {fused}."));
         }
         Some(_) => {}
     }
@@ -45,7 +48,11 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
         let px = |px| Cell::known(px, 2, "no pair was solved");
         row("rows in use, off", px(verdict.rows_px), "px");
         row("disparities in use, expected to be off", px(verdict.depth_px), "px");
-        row("coverage of the calibration in use", Cell::number(verdict.coverage, 2), "");
+        row(
+            "share of the matches that fit the calibration in use",
+            Cell::number(verdict.coverage, 2),
+            "",
+        );
         let step = summary.grid_step_px.filter(|px| *px > 0.0);
         row("grid of the rows, stated or found", Cell::known(step, 2, "continuous rows"), "px");
     }
@@ -72,8 +79,9 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
     };
     known("standard deviation of R, reported", summary.sd_rotation, 1e3, 3, "mrad");
     known("standard deviation of t, reported", summary.sd_translation, 1e3, 3, "mrad");
-    known("R against the reference, e_theta", summary.e_theta, 1e3, 3, "mrad");
-    known("t against the reference, e_t", summary.e_t, 1e3, 3, "mrad");
+    let from = summary.reference.words();
+    known(&format!("R {from}, e_theta"), summary.e_theta, 1e3, 3, "mrad");
+    known(&format!("t {from}, e_t"), summary.e_t, 1e3, 3, "mrad");
     known("row offset of fitting matches before, RMS", summary.rms_px_before, 1.0, 3, "px");
     known("row offset of fitting matches after, RMS", summary.rms_px_after, 1.0, 3, "px");
     let share = |i: usize| summary.in_row.map(|share| share[i]);
@@ -82,8 +90,15 @@ fn table(replayed: &Replayed<'_>, summary: &Summary) -> Table {
     table.explained(
         format!(
             "Proposal of the calibrator after the last pair. Fitting: within {SCREEN_PX} px of their \
-             row under this estimate. The reference is the rig of the recording, as far as it is \
-             known.{}",
+             row under this estimate. {} Arming needs rows within 1 px, disparities within 2 px and a share of \
+             0.7, unless the configuration says otherwise.{}",
+            match summary.reference {
+                Reference::None => "",
+                Reference::Start => {
+                    "The run started from the R and t of the rig file: a distance from them is a move of the rig, an error, or both."
+                }
+                Reference::Known => "The reference is the rig of the recording.",
+            },
             source(&replayed.set.meta),
         ),
         replayed.command,

@@ -5,9 +5,9 @@ use super::states;
 use crate::chart::curves::{Curve, Line, Scale, curves};
 use crate::chart::palette::{Color, SERIES};
 use crate::report::{Cell, Csv, Entry, Figure, Mark, Picture, Section, Table};
-use sim::run::{Solved, Step};
+use sim::run::{Reference, Solved, Step};
 
-pub(super) fn section(replayed: &Replayed<'_>) -> Section {
+pub(super) fn section(replayed: &Replayed<'_>, reference: Reference) -> Section {
     let steps = replayed.log.steps();
     let mut section = Section::new("Pair by pair");
     let mut states_csv = Csv::new("states", &["pair", "state", "outcome"]);
@@ -22,7 +22,7 @@ pub(super) fn section(replayed: &Replayed<'_>) -> Section {
         command: replayed.command.to_owned(),
         numbers: states_csv,
     });
-    section.figure(rows_and_errors(replayed, steps));
+    section.figure(rows_and_errors(replayed, steps, reference));
     section.table(table(replayed, steps));
     section
 }
@@ -59,7 +59,7 @@ const ERRORS: [Series; 4] = [
     series("sd of R, reported, mrad", 1, Line::Broken, |step| step.estimate.map(|e| 1e3 * e.sd.rotation)),
 ];
 
-fn rows_and_errors(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
+fn rows_and_errors(replayed: &Replayed<'_>, steps: &[Step], reference: Reference) -> Figure {
     let count = |i: usize| u32::try_from(i + 1).map_or(f64::NAN, f64::from);
     let drawn = |title: &str, series: &[Series]| {
         let curve = |series: &Series| Curve {
@@ -85,16 +85,17 @@ fn rows_and_errors(replayed: &Replayed<'_>, steps: &[Step]) -> Figure {
         panels: vec![
             (Picture::Svg(drawn("row offset, px", &OFFSETS)), "row offsets of each pair".into()),
             (
-                Picture::Svg(drawn("error and reported sd, mrad", &ERRORS)),
+                Picture::Svg(drawn("e_t, e_theta and reported sd, mrad", &ERRORS)),
                 "errors and reported standard deviations".into(),
             ),
         ],
         legend: all().map(entry).collect(),
-        caption:
-            "Left: row offsets of the screened matches of each pair, at the start and at its own solution. \
-             Right: error of the running estimate against the reference, and its reported standard \
-             deviation."
-                .into(),
+        caption: format!(
+            "Left: row offsets of the fitting matches of each pair; before: with the estimate from the earlier \
+             pairs, for the first pair with the start; after: with the solution of this pair. Right: distance of \
+             the running estimate {}, and its reported standard deviation.",
+            reference.words(),
+        ),
         command: replayed.command.to_owned(),
         numbers,
     }

@@ -257,7 +257,7 @@ fn draw_errors(svg: &mut Svg, left: f64, set: &Dataset, steps: &[Step]) {
     ];
     let legend = [
         (Mark::Line, "line: estimate from all pairs so far; dots: each pair alone"),
-        (Mark::Bars, "band: standard deviation that it reports; dashed: of the reference"),
+        (Mark::Bars, "band: its sd with the lens uncertain; dashed: sd of the reference"),
     ];
     let keys = legend.map(|(mark, words)| Key::new(mark, TRANSLATION, words));
     head(svg, left, "Error against the reference", &keys);
@@ -266,7 +266,7 @@ fn draw_errors(svg: &mut Svg, left: f64, set: &Dataset, steps: &[Step]) {
     let [top, bottom] = [TITLE + HEAD + 10.0, SIZE[1] - MARGINS[2]];
     let middle = f64::midpoint(top, bottom);
     let heights = [[top, middle - GAP / 2.0], [middle + GAP / 2.0, bottom]];
-    for ((curve, height), x_name) in curves.into_iter().zip(heights).zip(["", "pair"]) {
+    for ((curve, height), x_name) in curves.into_iter().zip(heights).zip(["", "pairs so far"]) {
         let axes = [(Axis::over(0.0..end, 8.0), x_name), (errors.clone(), curve.name)];
         let mut plot = chart(svg, left, height, axes);
         plot.band(&curve.reported, Style::filled(curve.color).opacity(FILL / 2.0));

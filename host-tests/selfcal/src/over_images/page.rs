@@ -48,7 +48,7 @@ pub(crate) fn write(session: &Session, report: &Report, dir: &Path) -> Result<Pa
     let mut sections = vec![verdict(report, command)];
     sections.extend(pictures(session, command)?);
     sections.extend(page.sections);
-    let page = Page { lead: format!("{report}."), sections, ..page };
+    let page = Page { sections, ..page };
     replayed.write_page(&page, dir)
 }
 
@@ -63,7 +63,8 @@ fn verdict(report: &Report, command: &str) -> Section {
             );
         }
         Recommendation::Recalibrate => section.alarm(
-            "The rig has moved: rows no longer align. Use the files in rig/, and check the mount of the cameras.",
+            "The rows do not align: the rig has moved, or its calibration was wrong. Use the files in rig/ if they \
+             align the rows, and check the mount of the cameras.",
         ),
         Recommendation::Unknown => section.alarm(
             "The images do not tell. The reasons below say why: take more pairs, with texture all over the image \
@@ -82,8 +83,13 @@ fn verdict(report: &Report, command: &str) -> Section {
     for reason in &report.reasons {
         row("reason", Cell::text(reason));
     }
-    for reason in &report.summary.reasons {
-        row("arming, or the last pair", Cell::text(reason));
+    if let Some(judged) = &report.summary.verdict {
+        let arming = if judged.may_arm {
+            "yes".into()
+        } else {
+            format!("no: {}", judged.reasons.join(", "))
+        };
+        row("may arm with the given rig", Cell::text(arming));
     }
     // A text, because a number would be aligned to the right of the column.
     row("matches a pair", Cell::text(format!("{:.0}", report.matches_a_pair)));
@@ -120,7 +126,7 @@ fn pictures(session: &Session, command: &str) -> Result<Option<Section>> {
     let mut section = Section::new("Before and after");
     let mut panels = Panels::new();
     for (rig, extrinsics, shown) in
-        [("in use", &in_use, &before), ("estimate", &estimate, &calibrated)]
+        [("before", &in_use, &before), ("after", &estimate, &calibrated)]
     {
         if !panels.add(rig, extrinsics, shown, &kept, range)? {
             section
@@ -171,7 +177,8 @@ impl Panels {
         let share = one.found();
         let found = 100.0 * share;
         self.pairs.push((pair_picture(&one)?, rows));
-        self.disparities.push((disparity_picture(&one)?, format!("{rig}: {found:.1} % found")));
+        self.disparities
+            .push((disparity_picture(&one)?, format!("{rig}: {found:.1} % of the pixels found")));
         self.numbers.push([rig.to_owned(), median.to_string(), share.to_string()]);
         Ok(true)
     }
@@ -188,12 +195,14 @@ impl Panels {
             numbers: Csv { name: csv.to_owned(), ..self.numbers.clone() },
         };
         let pairs = format!(
-            "Left and right image of {name}, rectified, side by side. Blue lines are level; an orange line leads \
-             level from a match's end in the left image, and its end in the right image should lie on it."
+            "Left and right image of {name}, rectified, side by side; before: with the given rig, after: with the \
+             estimate. Blue lines are level; an orange line leads level from a match's end in the left image, and \
+             its end in the right image should lie on it."
         );
         let disparities = format!(
             "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey if \
-             left and right do not agree within 1 px. Semi-global matching, without filling holes."
+             left and right do not agree within 1 px. Some pixels agree by chance. Semi-global matching, without \
+             filling holes."
         );
         let offsets = format!(
             "All matches of {name} in the left image as it is, coloured by their row offset: blue 0, yellow \

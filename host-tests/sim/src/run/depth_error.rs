@@ -30,6 +30,8 @@ pub struct ExpectedDepth {
     pub before_px: f64,
     /// With the extrinsics in use after the last pair, px of disparity.
     pub in_use_px: f64,
+    /// With the estimate, px of disparity.
+    pub estimate_px: f64,
     /// `before_px` at [`DEPTHS_M`], m; `None` if the length of the baseline is unknown.
     pub before_m: Option<[f64; 2]>,
     /// `in_use_px` at [`DEPTHS_M`], m; `None` if the length of the baseline is unknown.
@@ -51,7 +53,8 @@ impl ExpectedDepth {
         let [before_px, in_use_px] =
             [*log.factory(), in_use.unwrap_or(*log.factory())].map(|of| error(&of) * focal);
         let [before_m, in_use_m] = [before_px, in_use_px].map(|px| metres(set, px)).map(Result::ok);
-        Ok(Some(Self { before_px, in_use_px, before_m, in_use_m }))
+        let estimate_px = fused.yaw_sd * focal;
+        Ok(Some(Self { before_px, in_use_px, estimate_px, before_m, in_use_m }))
     }
 }
 

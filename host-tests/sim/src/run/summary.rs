@@ -5,10 +5,10 @@ use std::fmt;
 use anyhow::Result;
 use nalgebra::{Matrix3, Rotation3};
 use serde::Serialize;
-use stereo_selfcal::Calibration;
 use stereo_selfcal::batch::{RayPair, row_offset};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations, so3};
+use stereo_selfcal::{Calibration, Extrinsics};
 
 use super::checked::Judged;
 use super::depth_error::{
@@ -30,6 +30,9 @@ const NAMED_STEP_PX: f64 = 0.2;
 /// Version of the fields of [`Summary`].
 const SCHEMA: u32 = 2;
 
+/// Largest distance of a reference from a start that is the same rig, rad: a run rounds its start to its number type.
+const ROUNDING_RAD: f64 = 1e-6;
+
 /// Origin of the errors of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reference {
@@ -39,6 +42,21 @@ pub enum Reference {
     Start,
     /// Known extrinsics.
     Known,
+}
+
+impl Reference {
+    fn of(truth: Option<&Extrinsics<f64>>, start: &Extrinsics<f64>) -> Self {
+        let off = truth.map(|truth| Deviation::between(start, truth));
+        off.map_or(Self::None, |off| match off.rotation.max(off.translation) {
+            off if off < ROUNDING_RAD => Self::Start,
+            _ => Self::Known,
+        })
+    }
+
+    /// Ends the name of an error.
+    pub fn words(self) -> &'static str {
+        if self == Self::Start { "from the start" } else { "against the reference" }
+    }
 }
 
 /// A verdict with its numbers.
@@ -241,11 +259,7 @@ impl RunLog {
             matches: totals.matches,
             refused_matches: totals.refused,
             state: fused.map_or_else(|| "no estimate".into(), ToString::to_string),
-            reference: match self.truth() {
-                None => Reference::None,
-                Some(truth) if truth == self.factory() => Reference::Start,
-                Some(_) => Reference::Known,
-            },
+            reference: Reference::of(self.truth(), self.factory()),
             e_t: error.map(|e| e.translation),
             e_theta: error.map(|e| e.rotation),
             sigma_t: sigma.map(|s| s.translation),
@@ -379,10 +393,18 @@ impl fmt::Display for Summary {
             }
         }
         if let Some(share) = self.behind_infinity.filter(|share| *share > 0.0) {
-            write!(f, "\nbehind infinity    {:.1} % of the matches in row, in use", 100.0 * share)?;
+            write!(
+                f,
+                "\nbehind infinity    {:.1} % of the matches in row: disparity -1 px or less, in use",
+                100.0 * share
+            )?;
         }
-        if let Some(ExpectedDepth { before_px, in_use_px, in_use_m, .. }) = self.depth_expected {
-            write!(f, "\ndepth, expected    {before_px:.3} px before, {in_use_px:.3} px in use")?;
+        if let Some(expected) = self.depth_expected {
+            let ExpectedDepth { before_px, estimate_px, in_use_px, in_use_m, .. } = expected;
+            write!(
+                f,
+                "\ndepth, expected    {before_px:.3} px before, {estimate_px:.3} px with the estimate, {in_use_px:.3} px in use",
+            )?;
             if let Some([near, far]) = in_use_m {
                 let [z, far_z] = DEPTHS_M;
                 write!(f, ": {near:.3} m at {z} m, {far:.3} m at {far_z} m")?;
@@ -403,11 +425,7 @@ impl fmt::Display for Summary {
 
 impl Summary {
     fn write_errors(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let from = if self.reference == Reference::Start {
-            "from the start"
-        } else {
-            "against the reference"
-        };
+        let from = self.reference.words();
         write_angle(f, "e_t", &format!("fused baseline direction {from}"), self.e_t)?;
         write_angle(f, "e_theta", &format!("fused rotation {from}"), self.e_theta)?;
         let alone = format!("pairs alone, RMS over {} of {}", self.sigma_pairs, self.pairs);

@@ -39,6 +39,8 @@ fn a_page_of_a_data_set_has_every_part_and_the_numbers_of_the_run() {
     assert_eq!(y[4], json["t"][1].as_f64().unwrap().to_string());
     assert_eq!(y[2], json["R"][4].as_f64().unwrap().to_string());
     assert_eq!([csv(&page, "pairs.csv").len(), csv(&page, "states.csv").len()], [13, 13]);
+    // Before and estimate, expected in px: no depths are known, and no length of the baseline.
+    assert!(csv(&page, "depth.csv").iter().map(Vec::len).eq([2, 2]));
     let counted: u32 =
         csv(&page, "coverage.csv").iter().map(|row| row[3].parse::<u32>().unwrap()).sum();
     assert_eq!(counted, 2 * 13 * 54);

@@ -143,9 +143,9 @@ fn four_pairs_of_the_chessboard_calibrate_and_every_output_is_written_and_reads_
     let outputs = ["--report", &page, "--rig-out", &rig, "--out", &set, "--frames", &frames];
     let Ended { out, err, status } = run(&[&given[..], &outputs].concat());
     assert_eq!(status, 0, "{err}");
-    assert!(out.contains("4 of 4"), "{out}");
+    assert!(out.contains("4 of 4") && out.contains("fused rotation from the start"), "{out}");
     let html = fs::read_to_string(place("page/index.html")).unwrap();
-    for part in ["Verdict", "Before and after", "data:image/jpeg", "Dense disparities"] {
+    for part in ["R from the start", "Before and after", "data:image/jpeg", "Dense disparities"] {
         assert!(html.contains(part), "{part}");
     }
     let files = ["rig/opencv/intrinsics.yml", "rig/opencv/extrinsics.yml"].map(place);
