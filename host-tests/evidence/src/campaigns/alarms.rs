@@ -126,7 +126,7 @@ fn chart(rows: &[Row]) -> String {
         |(curve, (_, word)): (&Curve, (Axis, &str))| Entry::new(Mark::Line, curve.color, word);
     let legend: Vec<Entry> = curves.iter().zip(Axis::ALL).map(entry).collect();
     let x = Scale { name: "knock, degrees".into(), log: true };
-    alone(&curves::shares("answered within ten pairs", &x, &curves), &legend)
+    alone(&curves::shares("share of knocks answered within ten pairs", &x, &curves), &legend)
 }
 
 /// Figures of knocked runs.

@@ -23,6 +23,9 @@ const MATCHES: usize = 16;
 /// Radius of the mark of a match's end, px.
 const MARK: i64 = 4;
 
+/// Half the width of the bar of a row offset, px.
+const BAR: i64 = 1;
+
 const QUALITY: u8 = 58;
 
 /// Largest width of an encoded picture, px.
@@ -47,8 +50,8 @@ fn disparity_image(rectification: &Rectification) -> RgbImage {
     image
 }
 
-/// Left and right image side by side, with level lines over both, and matches: a dot at either end, and a level line
-/// from the left dot on which the right dot should lie.
+/// Left and right image side by side, with level lines over both, and matches: a dot at either end, a level line from the
+/// left dot on which the right dot should lie, and a bar from this line to the right dot.
 pub fn pair_picture(rectification: &Rectification) -> Result<Picture> {
     jpeg(&pair_image(rectification)).context("cannot encode the pair")
 }
@@ -71,6 +74,11 @@ fn pair_image(rectification: &Rectification) -> RgbImage {
         for x in whole(l[0])..=whole(right[0]) {
             put(&mut image, [x, y], level);
             put(&mut image, [x, y + 1], level);
+        }
+        // The row offset, as a bar that an aligned match does not have.
+        let [x, bottom] = right.map(whole);
+        for y in y.min(bottom)..=y.max(bottom) {
+            (-BAR..=BAR).for_each(|dx| put(&mut image, [x + dx, y], end));
         }
         for point in [*l, right] {
             dot(&mut image, point.map(whole), end);

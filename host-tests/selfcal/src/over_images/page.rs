@@ -197,7 +197,7 @@ impl Panels {
         let pairs = format!(
             "Left and right image of {name}, rectified, side by side; before: with the given rig, after: with the \
              estimate. Blue lines are level; an orange line leads level from a match's end in the left image, and \
-             its end in the right image should lie on it."
+             a bar from this line to its end in the right image."
         );
         let disparities = format!(
             "Dense disparities of {name}, from yellow (near, {range} px) to dark blue (far, 0 px); grey if \
