@@ -100,6 +100,11 @@ impl<T: Scalar> MountYaw<T> {
         }
     }
 
+    /// Returns whether a calibration measured the factory extrinsics.
+    pub(crate) fn is_calibrated(&self) -> bool {
+        self.calibrated
+    }
+
     /// Forgets the measurements of pairs and witnesses.
     pub(crate) fn reset(&mut self) {
         *self = Self::new(self.calibrated);

@@ -62,6 +62,8 @@ pub(crate) struct Hypothesis<T: Scalar> {
     drift: Vector5<T>,
     /// Number of pairs in the sums.
     pairs: u32,
+    /// Number of scenes in the sums: each pair counts by the share of it that is new.
+    scenes: T,
 }
 
 /// Moments of one more pair, and the optimum and the mode that include it.
@@ -97,6 +99,7 @@ impl<T: Scalar> Hypothesis<T> {
         reduced_chi_square: T::ZERO,
         drift: Vector5::new(T::ZERO, T::ZERO, T::ZERO, T::ZERO, T::ZERO),
         pairs: 0,
+        scenes: T::ZERO,
     };
 
     /// Computes the update of an empty hypothesis from a first pair.
@@ -131,7 +134,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.crowd = measurement.crowd;
         self.high_leverage = measurement.high_leverage;
         self.reduced_chi_square = T::ONE;
-        self.pairs = 1;
+        (self.pairs, self.scenes) = (1, T::ONE);
         let to_pose = self.frame.unknowns_to(&self.pose);
         self.halves.add(measurement, &to_pose, context);
     }
@@ -180,6 +183,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.update_chi_square(measurement, context);
         self.sums.scale(context.fading(self.pairs));
         self.pairs = self.pairs.saturating_add(1);
+        self.scenes += context.share;
         self.drift *= T::lit(WINDOW_DECAY);
         for (sum, new) in self.high_leverage.iter_mut().zip(measurement.high_leverage) {
             *sum = *sum * T::lit(WINDOW_DECAY) + new;
@@ -249,6 +253,8 @@ impl<T: Scalar> Hypothesis<T> {
         self.last = self.last.about(&moved);
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.sums = *sums;
+        // These pairs have as many scenes each as all pairs before, on average.
+        self.scenes *= T::count(pairs) / T::count(self.pairs.max(1));
         self.pairs = pairs;
         self.halves = ImageHalves::NONE;
         self.mode = Mode::Rigid;
@@ -292,6 +298,11 @@ impl<T: Scalar> Hypothesis<T> {
     /// Returns the number of pairs in the sums.
     pub(crate) fn pairs(&self) -> u32 {
         self.pairs
+    }
+
+    /// Returns the number of scenes in the sums: pairs of a scene that has hardly moved count as a part of one.
+    pub(super) fn scenes(&self) -> T {
+        self.scenes
     }
 
     /// Returns the reduced chi-square of the pairs, at least 1.

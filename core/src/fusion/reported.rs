@@ -74,15 +74,17 @@ impl<T: Scalar> Fusion<T> {
         };
         let [observed, certain] = [OBSERVED_BASELINE, CERTAIN_BASELINE].map(T::lit);
         let left = sd_lens.translation * sd_lens.translation * context.prior;
-        let gains =
-            left <= certain || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide);
+        // The matches of one scene may share a bias of the baseline.
+        let is_agreed = hypothesis.scenes() >= T::count(MIN_AGREED.into());
+        let gains = (is_agreed || !self.mount.is_calibrated())
+            && (left <= certain
+                || left <= observed && baseline_differs(pose, &in_use.extrinsics, wide));
         let doubts = doubts(hypothesis, found.is_none());
         let doubted = doubts.contains(Reason::ImageHalves) && found.is_none();
         let rows_in_use = as_rows(hypothesis, yaw, in_use, context);
         let applicable = if doubted || !gains {
-            // The matches of one scene may share a bias of the baseline.
             let known = !doubted
-                && hypothesis.pairs() >= MIN_AGREED.into()
+                && is_agreed
                 && sd.translation * sd.translation * context.prior <= observed;
             let known = known.then_some(&held_best);
             self.with_baseline_of(hypothesis, in_use, rows_in_use.as_ref(), known, held, context)
@@ -295,7 +297,7 @@ fn with_mount<T: Scalar>(
     rows.with_mount(yaw, context)?.rotations().extrinsics().ok()
 }
 
-/// Returns the extrinsics of the mount from those that the rows show, with `t` unchanged in every bit.
+/// Returns the extrinsics of the mount from those that the rows show, with the same `t` up to rounding.
 ///
 /// * `yaw`: as for [`with_mount`].
 fn with_rotation_of_mount<T: Scalar>(

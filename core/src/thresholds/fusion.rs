@@ -91,8 +91,8 @@ pub(crate) const LAST_STEP_SQUARED: f64 = 1e-8;
 /// to another pose; a smaller one costs time in far scenes.
 pub(crate) const MOVED_INFORMATION: f64 = 0.1;
 
-/// Pairs that a challenger needs to take over, and an estimate to replace a baseline in use. A larger number follows a
-/// step later; a smaller one follows chance, or the bias of one scene.
+/// Pairs that a challenger needs to take over, and scenes that an estimate needs to replace the baseline of a calibrated
+/// rig. A larger number follows a step later; a smaller one follows chance, or the bias of one scene.
 pub(crate) const MIN_AGREED: u16 = 3;
 
 /// Least number of contradicting pairs after which a challenger is dropped; one with many agreeing pairs tolerates

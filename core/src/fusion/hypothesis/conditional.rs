@@ -28,11 +28,13 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Returns the extrinsics with the baseline in use and the optimal `R` for it. They are applied while the estimate
-    /// of the baseline is doubtful. `None` if there is no valid optimum, if the optimum fits clearly worse than the
-    /// extrinsics in use, or if it is beyond the limit for extrinsics in use. The last two happen if the descent leaves
-    /// the range of its linearisation.
+    /// of the baseline is doubtful. If the right camera has turned, the baseline has turned with it, so it is held in
+    /// the left camera if that fits clearly better than in the right one. `None` if there is no valid optimum, if the
+    /// optimum fits clearly worse than the extrinsics in use, or if it is beyond the limit for extrinsics in use. The
+    /// last two happen if the descent leaves the range of its linearisation.
     ///
-    /// * `in_use`: the pose in use as rows show it; `t`: its unit baseline, which the result has in every bit.
+    /// * `in_use`: the pose in use as rows show it; `t`: its unit baseline, which the result has up to rounding unless
+    ///   the right camera has turned.
     #[inline(never)]
     pub(crate) fn with_baseline_of(
         &self,
@@ -40,11 +42,40 @@ impl<T: Scalar> Hypothesis<T> {
         t: &Vector3<T>,
         context: &Context<'_, T>,
     ) -> Option<Extrinsics<T>> {
-        let target = in_use.rotations();
-        let found = self.descend_with_baseline_of(target, context)?;
-        let held = Extrinsics::try_new(found.rotation().matrix(), t).ok()?;
-        let is_worse = self.fits_clearly_better_at(target, &RectifyingRotations::from(&held));
+        let used = in_use.rotations();
+        let mut held = self.with_baseline(used, t, context)?;
+        let turn = held.rotation() * used.extrinsics().ok()?.rotation().inverse();
+        if let Some(turned) = self.with_baseline_turned(&held, &(turn * t), context)
+            && self.fits_clearly_better_at(&(&turned).into(), &(&held).into())
+        {
+            held = turned;
+        }
+        let is_worse = self.fits_clearly_better_at(used, &(&held).into());
         (!is_worse && context.allows_in_use(&held)).then_some(held)
+    }
+
+    /// Returns the extrinsics with another baseline and the optimal `R` for it.
+    #[inline(never)]
+    fn with_baseline_turned(
+        &self,
+        held: &Extrinsics<T>,
+        t: &Vector3<T>,
+        context: &Context<'_, T>,
+    ) -> Option<Extrinsics<T>> {
+        let target = Extrinsics::try_new(held.rotation().matrix(), t).ok()?;
+        self.with_baseline(&(&target).into(), t, context)
+    }
+
+    /// Returns the extrinsics with the baseline `t` of `target` and the optimal `R` for it.
+    #[inline(never)]
+    fn with_baseline(
+        &self,
+        target: &RectifyingRotations<T>,
+        t: &Vector3<T>,
+        context: &Context<'_, T>,
+    ) -> Option<Extrinsics<T>> {
+        let found = self.descend_with_baseline_of(target, context)?;
+        Extrinsics::try_new(found.rotation().matrix(), t).ok()
     }
 
     /// Returns the optimum of `R` for the baseline of `target`. Out of line, so that its sums leave the stack before

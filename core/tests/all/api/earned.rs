@@ -2,7 +2,9 @@
 
 use crate::api::presets::{calibrated, with};
 use crate::api::scene::{correspondences, correspondences_within, fill, rig, take};
-use stereo_selfcal::{Calibrator, Cause, Config, Correspondence, Fused, Reason, Rejection, State};
+use stereo_selfcal::{
+    Calibrator, Cause, Config, Correspondence, Extrinsics, Fused, Reason, Rejection, State,
+};
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
 const BASELINE: [f64; 2] = [0.5, -0.4];
@@ -82,26 +84,33 @@ fn an_estimate_is_not_locked_by_a_pair_that_disagrees_with_it() {
 }
 
 #[test]
-fn one_far_scene_does_not_replace_a_baseline_in_use_and_three_do() {
+fn one_scene_does_not_replace_the_baseline_of_a_calibration_and_three_do() {
     // The rows of all matches are off as with a baseline 8 degrees away.
     let biased = rig(ROTATION, BASELINE.map(|angle| angle + 8.0 * angle.signum()));
-    let replaces = |scenes: u64| {
+    let replaces = |(depths, scenes, step_px): ([f64; 2], u64, f32)| {
         let mut calibrator = calibrated(rig(ROTATION, BASELINE));
         for pair in 0..9_u8 {
             let seed = u64::from(pair) % scenes;
-            let scene = correspondences_within(&biased, [150.0, 1500.0], 250, 1.0, seed);
-            // The view moves less than a pixel, so a pair of one scene repeats it.
-            let by = 0.1 * f32::from(pair);
+            let scene = correspondences_within(&biased, depths, 250, 1.0, seed);
+            let by = step_px * f32::from(pair);
+            // Both images lose what moves out of their upper left part.
             let moved = |c: Correspondence<f32>| {
                 let [left, right] = [c.left, c.right].map(|pixel| pixel.map(|x| x + by));
-                Correspondence { left, right, ..c }
+                let is_inside = left.into_iter().chain(right).all(|x| x < 1100.0);
+                is_inside.then_some(Correspondence { left, right, ..c })
             };
-            let _ = take(&mut calibrator, &scene.into_iter().map(moved).collect::<Vec<_>>());
+            let pair: Vec<_> = scene.into_iter().filter_map(moved).collect();
+            let _ = take(&mut calibrator, &pair);
         }
         let t = calibrator.proposal().unwrap().applicable.translation().into_inner();
         (t - calibrator.in_use().extrinsics.translation().into_inner()).norm() > 1e-4
     };
-    assert_eq!([1, 3].map(replaces), [false, true]);
+    let (far, near) = ([150.0, 1500.0], [5.0, 50.0]);
+    // A view that moves by less than a pixel repeats the scene. A motion of 2 px is a quarter of a new scene.
+    let one = [(far, 1, 0.1), (near, 1, 0.1), (near, 1, 1.8)];
+    assert_eq!(one.map(replaces), [false; 3]);
+    let three = [(far, 3, 0.1), (near, 3, 0.1), (near, 1, 9.0)];
+    assert_eq!(three.map(replaces), [true; 3]);
 }
 
 #[test]
@@ -128,4 +137,34 @@ fn a_reset_forgets_that_the_scene_has_not_moved() {
     calibrator.reset();
     let _ = take(&mut calibrator, &pair[..3]);
     assert!(!calibrator.verdict().reasons.contains(Reason::Repeated));
+}
+
+#[test]
+fn a_baseline_turns_with_the_right_camera_and_not_with_the_left_one() {
+    let before = rig(ROTATION, BASELINE);
+    let turn = rig([0.0, 3.0, -2.0], [0.0; 2]).rotation().to_owned();
+    let (r, t) = (before.rotation(), before.translation().into_inner());
+    let right = Extrinsics::try_new((turn * r).matrix(), &(turn * t)).unwrap();
+    let left = Extrinsics::try_new((r * turn).matrix(), &t).unwrap();
+    for (knocked, kept) in [(right, false), (left, true)] {
+        let mut calibrator = calibrated(rig(ROTATION, BASELINE));
+        let scene = correspondences_within(&knocked, [5.0, 50.0], 250, 0.3, 1);
+        for pair in 0..9_u8 {
+            let by = 0.1 * f32::from(pair);
+            let moved = |c: &Correspondence<f32>| Correspondence {
+                left: c.left.map(|x| x + by),
+                right: c.right.map(|x| x + by),
+                ..*c
+            };
+            let _ = take(&mut calibrator, &scene.iter().map(moved).collect::<Vec<_>>());
+        }
+        // One scene replaces no baseline.
+        let held = calibrator.proposal().unwrap().applicable;
+        let in_use = calibrator.in_use().extrinsics;
+        let moved = (held.translation().into_inner() - in_use.translation().into_inner()).norm();
+        assert_eq!(moved < 1e-6, kept, "{moved}");
+        let truth = knocked.translation().into_inner().cast::<f32>();
+        let off = (held.translation().into_inner() - truth).norm();
+        assert!(off < 0.01, "{off}");
+    }
 }
