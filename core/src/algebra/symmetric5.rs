@@ -247,7 +247,6 @@ impl<T: Scalar> Factor<T> {
     }
 
     /// Returns `M^-1 = L^-T D^-1 L^-1`.
-    #[inline(never)]
     #[rustfmt::skip]
     pub(crate) fn inverse(&self) -> Symmetric5<T> {
         let [l10, l20, l21, l30, l31, l32, l40, l41, l42, l43] = self.lower;

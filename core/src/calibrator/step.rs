@@ -7,7 +7,7 @@ use crate::config::LensTracking;
 use crate::error::Rejection;
 use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
-use crate::outcome::judge::{Evidence, Own};
+use crate::outcome::judge::Evidence;
 use crate::outcome::pair_report::{Fused, Outcome, PairReport};
 use crate::outcome::recent::Recent;
 use crate::outcome::verdict::Verdict;
@@ -105,8 +105,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     #[inline(never)]
     fn fuse(&mut self) -> Option<Outcome<T>> {
-        self.step = match self.report() {
-            Ok(_) => Step::Judging { solved: true, fused: self.add() },
+        let context = context(&self.config, &self.factory, &self.fusion);
+        self.step = match self.fusion.check(&context) {
+            Ok(()) => Step::Judging { solved: true, fused: self.add() },
             Err(why) => Step::Judging { solved: false, fused: Err(why) },
         };
         // The estimate has changed.
@@ -120,22 +121,16 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             return self.unsolved(fused.err().unwrap_or(Rejection::NotBegun));
         }
         self.step = Step::Ended;
-        self.judge_solved();
-        self.finish(fused)
-    }
-
-    // Out of line, so that the outcome is not on the stack while the verdict is formed.
-    #[inline(never)]
-    fn judge_solved(&mut self) {
-        let own = self.own();
-        self.judge(own.as_ref());
+        let mut outcome = Outcome { pair: self.report(), fused };
+        self.judge(outcome.pair.as_ref());
+        self.finish(&mut outcome.fused);
+        outcome
     }
 
     /// Ends a pair that was solved and judged. If its estimate begins again with a corrected lens, no pair supports the
     /// new one yet.
     #[inline(never)]
-    fn finish(&mut self, fused: Result<Fused, Rejection>) -> Outcome<T> {
-        let pair = self.report().ok();
+    fn finish(&mut self, fused: &mut Result<Fused, Rejection>) {
         if self.frozen {
             self.fusion.discard();
         } else {
@@ -144,23 +139,14 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
         if corrects && self.correct_lens() {
             self.judge(None);
-            return Outcome { pair, fused: Ok(Fused::LensCorrected) };
+            *fused = Ok(Fused::LensCorrected);
         }
-        Outcome { pair, fused }
     }
 
-    /// Returns the pose of the solved pair alone, with its noise. A function of its own, so that the whole report is not
-    /// on the stack while the verdict is formed.
+    /// Returns the report of the solved pair.
     #[inline(never)]
-    fn own(&mut self) -> Option<Own<T>> {
-        let PairReport { extrinsics, noise_px, .. } = self.report().ok()?;
-        Some(Own { pose: RectifyingRotations::from(&extrinsics).into(), noise_px })
-    }
-
-    #[inline(never)]
-    fn report(&mut self) -> Result<PairReport<T>, Rejection> {
-        let context = context(&self.config, &self.factory, &self.fusion);
-        self.fusion.report(&context)
+    fn report(&self) -> Option<PairReport<T>> {
+        self.fusion.report(&context(&self.config, &self.factory, &self.fusion))
     }
 
     /// Ends a pair that could not be solved, and counts the mistake that it shows, unless the calibrator is frozen.
@@ -179,9 +165,9 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
 
     /// Forms the verdict after a pair.
     ///
-    /// * `own`: solution of the pair alone; `None` if it could not be solved.
+    /// * `pair`: report of the pair; `None` if it could not be solved.
     #[inline(never)]
-    fn judge(&mut self, own: Option<&Own<T>>) {
+    fn judge(&mut self, pair: Option<&PairReport<T>>) {
         // The proposal is borrowed: moving it out of the option would take its stack space twice.
         let proposal = self.proposal();
         let proposal = proposal.as_ref();
@@ -197,13 +183,13 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             focal: self.factory.cameras.mean_focal(),
             state: self.fusion.state(),
             confirmed: self.fusion.is_confirmed(),
-            repeated: own.is_some() && self.fusion.is_repeated(),
+            repeated: pair.is_some() && self.fusion.is_repeated(),
             cause: Cause::of_pixels(&self.batch).or_else(of_estimate),
             likeliest: self.causes.likeliest(),
         };
         self.next = proposal.and_then(|proposal| applicable_of(proposal).ok());
         let matches = self.batch.pairs();
-        let agrees = evidence.judge(matches, own, &mut self.recent, &mut self.verdict);
+        let agrees = evidence.judge(matches, pair, &mut self.recent, &mut self.verdict);
         if let Some(agrees) = agrees.filter(|_| !self.frozen) {
             self.causes.compare(agrees);
         }

@@ -1,8 +1,10 @@
 //! Result of an association: the hypothesis that a pair supports, and the report of the pair.
 
 use super::key_frame::Moved;
+use crate::algebra::information::Information;
 use crate::config::Context;
 use crate::depth::yaw::RowsYaw;
+use crate::geometry::extrinsics::Extrinsics;
 use crate::outcome::pair_report::PairReport;
 use crate::pair::evaluate::{EvaluatedPose, PairMeasurement};
 use crate::scalar::Scalar;
@@ -60,22 +62,33 @@ impl<T: Scalar> AssociationResult<'_, T> {
         Some(RowsYaw { turn: context.factory_pose.unknowns_to(pose).y + step.y, variance })
     }
 
-    /// Returns the report of the pair alone, at the optimum of its moments and a prior about the evaluated pose with
-    /// the information of the factory extrinsics. `None` if there is no valid optimum.
+    /// Returns the extrinsics of the pair alone, and its information on them without the prior. They are the optimum of
+    /// its moments and a prior about the evaluated pose with the information of the factory extrinsics. `None` if there
+    /// is no valid optimum.
+    pub(super) fn optimum(
+        &self,
+        context: &Context<'_, T>,
+    ) -> Option<(Extrinsics<T>, Information<T>)> {
+        let PairMeasurement { pose, moments, .. } = &self.evaluated.measurement;
+        let normal = moments.biased_at_frame().debiased();
+        let pose = pose.stepped_by(&normal.with_prior(context.prior).step()?)?;
+        Some((pose.extrinsics().ok()?, normal.information))
+    }
+
+    /// Returns the report of the pair alone, at its optimum. `None` if there is no valid optimum.
     #[inline(never)]
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;
         let focal = context.focal;
-        let normal = measurement.moments.biased_at_frame().debiased();
-        let pose = measurement.pose.stepped_by(&normal.with_prior(context.prior).step()?)?;
+        let (extrinsics, information) = self.optimum(context)?;
         let count = stats.screened.max(T::ONE);
         let [squares_before, squares_after] = stats.squares.map(|sum| sum * focal * focal);
         let [cost_before, cost_after] = stats.cost.map(|sum| sum * focal * focal);
         let [usable, skipped, screened] =
             [stats.usable, stats.skipped, stats.screened].map(|count| count.to_u16().into());
         Some(PairReport {
-            extrinsics: pose.extrinsics().ok()?,
-            information: normal.information,
+            extrinsics,
+            information,
             stop: self.stop,
             passes: self.passes,
             usable,

@@ -199,19 +199,25 @@ impl<T: Scalar> Fusion<T> {
         Ok(!association.is_open())
     }
 
-    /// Returns the report of the solved pair.
+    /// Checks that the solved pair alone has a valid optimum, and so a report.
     ///
     /// # Errors
     /// [`Rejection::NotBegun`]: there is no solved pair. [`Rejection::Unobservable`]: the pair alone has no valid
     /// optimum; the pair is abandoned.
     #[inline(never)]
-    pub(crate) fn report(&mut self, context: &Context<'_, T>) -> Result<PairReport<T>, Rejection> {
+    pub(crate) fn check(&mut self, context: &Context<'_, T>) -> Result<(), Rejection> {
         let result = self.association.result().ok_or(Rejection::NotBegun)?;
-        let report = result.report(context);
-        if report.is_none() {
-            self.association.close();
+        if result.optimum(context).is_some() {
+            return Ok(());
         }
-        report.ok_or(Rejection::Unobservable)
+        self.association.close();
+        Err(Rejection::Unobservable)
+    }
+
+    /// Returns the report of the solved pair; `None` without one, or without a valid optimum.
+    #[inline(never)]
+    pub(crate) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
+        self.association.result()?.report(context)
     }
 
     /// Fuses the solved pair, whose batch is `matches`. Its report stays until [`Self::close`].

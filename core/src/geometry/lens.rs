@@ -131,7 +131,6 @@ impl<T: Scalar> RadialTangential<T> {
     ///
     /// # Errors
     /// [`CameraError::Distortion`] if a coefficient is not finite or above 1e3 in magnitude.
-    #[inline(never)]
     pub fn try_new(coefficients: [T; 5]) -> Result<Self, CameraError> {
         check(&coefficients)?;
         let [k1, k2, _, _, k3] = coefficients;

@@ -2,10 +2,12 @@
 
 use crate::batch::correspondence::RayPair;
 use crate::config::Config;
-use crate::depth::pose::{MountPose, RowsPose};
+use crate::depth::pose::MountPose;
 use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
+use crate::geometry::rectification::RectifyingRotations;
 use crate::outcome::cause::Cause;
 use crate::outcome::pair_fit::{Fit, Sums};
+use crate::outcome::pair_report::PairReport;
 use crate::outcome::proposal::Proposal;
 use crate::outcome::reasons::{Reason, Reasons};
 use crate::outcome::recent::Recent;
@@ -13,13 +15,6 @@ use crate::outcome::verdict::Verdict;
 use crate::scalar::Scalar;
 use crate::state::State;
 use crate::thresholds::{MIN_IMAGE_COVERAGE, SCREEN, SCREEN_NOISES, SIGNIFICANT};
-
-/// Solution of a pair alone.
-pub(crate) struct Own<T: Scalar> {
-    pub(crate) pose: RowsPose<T>,
-    /// Noise of a coordinate, px.
-    pub(crate) noise_px: T,
-}
 
 /// Input of a verdict, apart from the matches.
 pub(crate) struct Evidence<'a, T: Scalar> {
@@ -45,13 +40,12 @@ impl<T: Scalar> Evidence<'_, T> {
     /// Forms the verdict when a pair ends. Returns whether the estimate fits the pair; `None` if the pair could not be
     /// solved, or without an estimate.
     ///
-    /// * `own`: solution of the pair alone; `None` if it could not be solved.
-    // Out of line, so that its stack is separate from the stack of the proposal.
+    /// * `pair`: report of the pair; `None` if it could not be solved.
     #[inline(never)]
     pub(crate) fn judge(
         &self,
         matches: &[RayPair<T>],
-        own: Option<&Own<T>>,
+        pair: Option<&PairReport<T>>,
         recent: &mut Recent<T>,
         verdict: &mut Verdict<T>,
     ) -> Option<bool> {
@@ -63,7 +57,7 @@ impl<T: Scalar> Evidence<'_, T> {
                 && image_coverage >= T::lit(MIN_IMAGE_COVERAGE)
         };
         let (mut improves, mut agrees) = (false, None);
-        match own.and_then(|own| self.fit(matches, own)) {
+        match pair.and_then(|pair| self.fit(matches, pair)) {
             Some(fit) => {
                 let Fit { in_use, next, image_coverage, nearness, .. } = fit;
                 recent.add(is_good(in_use, image_coverage), is_good(next, image_coverage));
@@ -120,7 +114,7 @@ impl<T: Scalar> Evidence<'_, T> {
     /// Returns how the calibration in use and the estimate fit a pair. `None` if too few matches fit the pair's own
     /// pose, or if a calibration cannot be turned by the yaw of the lens.
     #[inline(never)]
-    fn fit(&self, matches: &[RayPair<T>], own: &Own<T>) -> Option<Fit<T>> {
+    fn fit(&self, matches: &[RayPair<T>], pair: &PairReport<T>) -> Option<Fit<T>> {
         let next = self.proposal.map_or(*self.in_use, |proposal| CorrectedExtrinsics {
             extrinsics: proposal.applicable,
             correction: proposal.applicable_correction,
@@ -131,9 +125,10 @@ impl<T: Scalar> Evidence<'_, T> {
             .map(|of| (of.correction != self.rays).then(|| self.rays.change_to(&of.correction)));
         // Rows are compared with rows, so that the yaw of the lens counts against neither calibration.
         let [used, next] = both.map(|of| MountPose::from(&of.extrinsics).with_lens(lens_yaw));
-        let poses = [own.pose, used?, next?];
+        let own = RectifyingRotations::from(&pair.extrinsics).into();
+        let poses = [own, used?, next?];
         let limit = T::single(self.config.fit_limit_px);
-        let own_px = limit.max(T::lit(SCREEN_NOISES) * own.noise_px);
+        let own_px = limit.max(T::lit(SCREEN_NOISES) * pair.noise_px);
         // A matcher that tolerates more than the screen finds more.
         let px = own_px.max(T::single(self.config.rows_limit_px) * T::lit(SCREEN));
         let screens = [own_px, px].map(|px| px / self.focal);

@@ -41,8 +41,8 @@ impl<T: Scalar> Moments<T> {
 
     /// Returns `M x` for the nine products alone, and zeros for the lens. Written out, so that `x` and `M x` stay in
     /// registers.
-    #[inline(never)]
     #[rustfmt::skip]
+    #[inline(never)]
     pub(super) fn times_without_lens(&self, x: &Vector12<T>) -> Vector12<T> {
         let m = &self.products;
         let [a, b, c, d, e, f, g, h, i, ..] = *x;
