@@ -1,6 +1,6 @@
 //! Uncertainty of the given lens models.
 
-use super::lens_terms::LENS_PARAMETERS;
+use super::lens_terms::{LENS_PARAMETERS, LensValues};
 use crate::scalar::Scalar;
 
 /// Standard deviations of the errors of the given lens models; 0 takes a parameter as exact. `focal`, `principal_px`
@@ -36,8 +36,8 @@ impl LensPrior {
     pub(crate) fn of_terms<T: Scalar>(&self, focal: T) -> [T; LENS_PARAMETERS] {
         let [scale, principal, k1, p1] =
             [self.focal, self.principal_px, self.k1, self.p1].map(T::single);
-        let principal = principal / focal;
-        [scale, scale, principal, principal, principal, principal, k1, k1, p1]
+        let principal = [principal / focal; 2];
+        LensValues { focal: [scale; 2], column: principal, row: principal, k1: [k1; 2], p1 }.into()
     }
 
     /// Returns whether each value is finite and within the range of [`crate::Config::with_lens_prior`].

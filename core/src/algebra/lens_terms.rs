@@ -17,10 +17,43 @@ use crate::scalar::Scalar;
 /// `k1`, each for the left, then for the right camera; last, `p1` of the right camera minus `p1` of the left camera.
 pub(crate) const LENS_PARAMETERS: usize = 9;
 
-/// Buffers for the normal equations of the lens at a pose, linearised about the lens models by which the rays were
-/// computed. The caller solves the equations in place, because copies would take stack.
+/// A value for each lens parameter, by name; for a parameter of each camera the left value, then the right one.
+pub(crate) struct LensValues<V> {
+    pub(crate) focal: [V; 2],
+    /// Principal column.
+    pub(crate) column: [V; 2],
+    /// Principal row.
+    pub(crate) row: [V; 2],
+    pub(crate) k1: [V; 2],
+    pub(crate) p1: V,
+}
+
+impl<V> From<[V; LENS_PARAMETERS]> for LensValues<V> {
+    fn from(values: [V; LENS_PARAMETERS]) -> Self {
+        let [focal_l, focal_r, column_l, column_r, row_l, row_r, k1_l, k1_r, p1] = values;
+        Self {
+            focal: [focal_l, focal_r],
+            column: [column_l, column_r],
+            row: [row_l, row_r],
+            k1: [k1_l, k1_r],
+            p1,
+        }
+    }
+}
+
+impl<V> From<LensValues<V>> for [V; LENS_PARAMETERS] {
+    fn from(values: LensValues<V>) -> Self {
+        let LensValues { focal, column, row, k1, p1 } = values;
+        let [[focal_l, focal_r], [column_l, column_r]] = [focal, column];
+        let [[row_l, row_r], [k1_l, k1_r]] = [row, k1];
+        [focal_l, focal_r, column_l, column_r, row_l, row_r, k1_l, k1_r, p1]
+    }
+}
+
+/// Normal equations of the lens at a pose, linearised about the lens models by which the rays were computed. They stand
+/// in the buffers of their solution, because a copy would take stack.
 #[derive(Debug)]
-pub(crate) struct LensTerms<'a, T> {
+pub(crate) struct LensEquations<'a, T> {
     /// Mixed information of lens and extrinsics, one row for each lens parameter.
     pub(crate) mixed: &'a mut [[T; 5]; LENS_PARAMETERS],
     /// Information on the lens.
@@ -28,10 +61,10 @@ pub(crate) struct LensTerms<'a, T> {
     pub(crate) gradient: &'a mut [T; LENS_PARAMETERS],
 }
 
-impl<T: Scalar> LensTerms<'_, T> {
-    pub(crate) fn reborrow(&mut self) -> LensTerms<'_, T> {
+impl<T: Scalar> LensEquations<'_, T> {
+    pub(crate) fn reborrow(&mut self) -> LensEquations<'_, T> {
         let Self { mixed, information, gradient } = self;
-        LensTerms { mixed, information, gradient }
+        LensEquations { mixed, information, gradient }
     }
 
     /// Marginalises over a random scatter of the extrinsics from pair to pair, as if all pairs had the same
@@ -78,13 +111,13 @@ impl<T: Scalar> Moments<T> {
         &self,
         frame: &RectifyingRotations<T>,
         pose: &RectifyingRotations<T>,
-        terms: LensTerms<'_, T>,
+        equations: LensEquations<'_, T>,
     ) {
         let mut at_pose = Coefficients::NONE;
         at_pose.add(frame, pose);
         let mut by_lens = [[T::ZERO; COORDINATES]; LENS_PARAMETERS];
         coefficients(frame, pose, &at_pose.of_offset, &mut by_lens);
-        let LensTerms { mixed, information, gradient } = terms;
+        let LensEquations { mixed, information, gradient } = equations;
         let rows = mixed.iter_mut().zip(information).zip(gradient).zip(&by_lens);
         for (((mixed, information), gradient), by_parameter) in rows {
             let weighted = self.times(by_parameter);
@@ -117,7 +150,9 @@ fn coefficients<T: Scalar>(
     let ([_, _, depth_l], [_, _, depth_r]) = (frame_l.data.0, frame_r.data.0);
     let ([x_axis_l, y_axis_l, z_axis_l], [x_axis_r, y_axis_r, z_axis_r]) =
         (pose_l.data.0, pose_r.data.0);
-    let [scale_l, scale_r, column_l, column_r, row_l, row_r, k1_l, k1_r, p1] = by;
+    let LensValues { focal, column, row, k1, p1 } = by.each_mut().into();
+    let [[scale_l, scale_r], [column_l, column_r], [row_l, row_r], [k1_l, k1_r]] =
+        [focal, column, row, k1];
     let cross = |[_, y, z]: [T; 3], of_y: [T; 3], of_z: [T; 3]| {
         let ([a, b, c], [d, e, f]) = (of_z, of_y);
         [y * a - z * d, y * b - z * e, y * c - z * f]
@@ -165,7 +200,7 @@ mod tests {
     fn terms(sums: &Moments<f64>, frame: &Pose, pose: &Pose) -> Terms {
         let mut terms = Terms::default();
         let Terms { mixed, information, gradient } = &mut terms;
-        sums.fill_lens(frame, pose, LensTerms { mixed, information, gradient });
+        sums.fill_lens(frame, pose, LensEquations { mixed, information, gradient });
         terms
     }
 

@@ -5,7 +5,7 @@
 //! estimate restarts. The measured differences are kept, even after a change of the rig, because the lens does not
 //! change with the rig.
 
-use crate::algebra::lens_terms::LENS_PARAMETERS;
+use crate::algebra::lens_terms::{LensEquations, LensValues};
 use crate::geometry::lens_correction::LensCorrection;
 use crate::scalar::Scalar;
 
@@ -50,47 +50,36 @@ impl<T: Scalar> LensReference<T> {
         self.weights.iter_mut().for_each(|weight| *weight *= fading);
     }
 
-    /// Adds the knowledge to the information and the gradient of the lens, which are relative to the correction of the
-    /// rays.
-    pub(super) fn add_known(
-        &self,
-        information: &mut [[T; LENS_PARAMETERS]; LENS_PARAMETERS],
-        gradient: &mut [T; LENS_PARAMETERS],
-    ) {
+    /// Adds the knowledge to the equations of the lens, which are relative to the correction of the rays.
+    pub(super) fn add_known(&self, equations: &mut LensEquations<'_, T>) {
         let [focal, k1] = self.weights;
         let [pull_focal, pull_k1] = [
             (self.known.focal - self.correction.focal) * focal,
             (self.known.k1 - self.correction.k1) * k1,
         ];
-        let [scale_l, scale_r, _, _, _, _, k1_l, k1_r, _] = gradient;
-        for (left, right, pull) in [(scale_l, scale_r, pull_focal), (k1_l, k1_r, pull_k1)] {
+        let pulls = LensValues::from(equations.gradient.each_mut());
+        for ([left, right], pull) in [(pulls.focal, pull_focal), (pulls.k1, pull_k1)] {
             *left += pull;
             *right -= pull;
         }
-        let [scale_l, scale_r, _, _, _, _, k1_l, k1_r, _] = information;
-        let ([ll, lr, ..], [rl, rr, ..]) = (scale_l, scale_r);
-        for (own, mixed) in [(ll, lr), (rr, rl)] {
-            *own += focal;
-            *mixed -= focal;
-        }
-        let ([.., ll, lr, _], [.., rl, rr, _]) = (k1_l, k1_r);
-        for (own, mixed) in [(ll, lr), (rr, rl)] {
-            *own += k1;
-            *mixed -= k1;
+        let rows = LensValues::from(equations.information.each_mut());
+        let of_focal = rows.focal.map(|row| LensValues::from(row.each_mut()).focal);
+        let of_k1 = rows.k1.map(|row| LensValues::from(row.each_mut()).k1);
+        for ([[ll, lr], [rl, rr]], weight) in [(of_focal, focal), (of_k1, k1)] {
+            for (own, mixed) in [(ll, lr), (rr, rl)] {
+                *own += weight;
+                *mixed -= weight;
+            }
         }
     }
 
-    /// Moves the gradient of the lens from the correction of the rays to the known lens.
-    pub(super) fn move_to_known(
-        &self,
-        information: &[[T; LENS_PARAMETERS]; LENS_PARAMETERS],
-        gradient: &mut [T; LENS_PARAMETERS],
-    ) {
+    /// Moves the gradient of the equations from the correction of the rays to the known lens.
+    pub(super) fn move_to_known(&self, equations: &mut LensEquations<'_, T>) {
         let focal = (self.known.focal - self.correction.focal) * T::HALF;
         let k1 = (self.known.k1 - self.correction.k1) * T::HALF;
-        for (g, row) in gradient.iter_mut().zip(information) {
-            let [scale_l, scale_r, _, _, _, _, k1_l, k1_r, _] = *row;
-            *g += (scale_r - scale_l) * focal + (k1_r - k1_l) * k1;
+        for (g, row) in equations.gradient.iter_mut().zip(equations.information.iter()) {
+            let LensValues { focal: [focal_l, focal_r], k1: [k1_l, k1_r], .. } = (*row).into();
+            *g += (focal_r - focal_l) * focal + (k1_r - k1_l) * k1;
         }
     }
 
@@ -133,6 +122,7 @@ impl<T: Scalar> LensReference<T> {
 mod tests {
     use super::super::hypothesis::tests::context;
     use super::*;
+    use crate::algebra::lens_terms::LENS_PARAMETERS;
     use crate::config::{Config, Context, LensTracking};
 
     const P: [f64; LENS_PARAMETERS] = [1.0, 3.0, 9.0, 9.0, 9.0, 9.0, 2.0, 5.0, 9.0];
@@ -140,8 +130,12 @@ mod tests {
     /// Returns the cost of the knowledge at `p`, up to a constant, from information and gradient about the correction.
     fn cost(reference: &LensReference<f64>, p: &[f64; LENS_PARAMETERS]) -> f64 {
         let mut information = [[0.0; LENS_PARAMETERS]; LENS_PARAMETERS];
-        let mut gradient = [0.0; LENS_PARAMETERS];
-        reference.add_known(&mut information, &mut gradient);
+        let (mut gradient, mut mixed) = ([0.0; LENS_PARAMETERS], [[0.0; 5]; LENS_PARAMETERS]);
+        reference.add_known(&mut LensEquations {
+            mixed: &mut mixed,
+            information: &mut information,
+            gradient: &mut gradient,
+        });
         let rows = information.iter().zip(gradient).zip(p);
         rows.map(|((row, g), p_i)| {
             p_i * (row.iter().zip(p).map(|(h, p_k)| h * p_k).sum::<f64>() / 2.0 + g)
@@ -169,9 +163,13 @@ mod tests {
             ..LensReference::GIVEN
         };
         let units: [f64; LENS_PARAMETERS] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0];
-        let information = units.map(|a| units.map(|b| a * b * b));
-        let mut gradient = units;
-        reference.move_to_known(&information, &mut gradient);
+        let mut information = units.map(|a| units.map(|b| a * b * b));
+        let (mut gradient, mut mixed) = (units, [[0.0; 5]; LENS_PARAMETERS]);
+        reference.move_to_known(&mut LensEquations {
+            mixed: &mut mixed,
+            information: &mut information,
+            gradient: &mut gradient,
+        });
         // From the correction to the known lens the left and right parameters move by -+0.02 and +-0.04.
         for ((moved, given), row) in gradient.iter().zip(units).zip(&information) {
             let expected = given + 0.02 * (row[1] - row[0]) - 0.04 * (row[7] - row[6]);

@@ -4,7 +4,7 @@ use nalgebra::{Vector3, Vector5};
 
 use super::Hypothesis;
 use crate::algebra::disparity_noise::BiasedEquations;
-use crate::algebra::lens_terms::LensTerms;
+use crate::algebra::lens_terms::LensEquations;
 use crate::config::Context;
 use crate::depth::pose::RowsPose;
 use crate::geometry::extrinsics::Extrinsics;
@@ -16,13 +16,16 @@ impl<T: Scalar> Hypothesis<T> {
     /// Fills the normal equations of the lens at the pose, without the vibration of single pairs. Returns the equations
     /// of the extrinsics.
     #[inline(never)]
-    pub(in crate::fusion) fn fill_lens(&self, mut terms: LensTerms<'_, T>) -> BiasedEquations<T> {
+    pub(in crate::fusion) fn fill_lens(
+        &self,
+        mut equations: LensEquations<'_, T>,
+    ) -> BiasedEquations<T> {
         let pose = &self.pose_at_rest(&self.pose).unwrap_or(self.pose);
-        self.sums.fill_lens(&self.frame, pose, terms.reborrow());
+        self.sums.fill_lens(&self.frame, pose, equations.reborrow());
         let mut biased = self.sums.biased_at_pose(&self.frame, pose);
         if let Some(marginal) = self.mode.marginal() {
             let mean = marginal.variances.scaled(T::ONE / T::count(self.pairs.max(1)));
-            terms.marginalise(&mean, &mut biased);
+            equations.marginalise(&mean, &mut biased);
         }
         biased
     }

@@ -115,7 +115,7 @@ mod tests {
     use super::super::tests::{context, evaluated, fused};
     use super::*;
     use crate::algebra::block_variances::BlockVariances;
-    use crate::algebra::lens_terms::{LENS_PARAMETERS, LensTerms};
+    use crate::algebra::lens_terms::{LENS_PARAMETERS, LensEquations};
     use nalgebra::Vector5;
 
     fn resumed(from: &Hypothesis<f64>, context: &Context<'_, f64>) -> Hypothesis<f64> {
@@ -133,7 +133,7 @@ mod tests {
         let mut mixed = [[0.0; 5]; LENS_PARAMETERS];
         let mut information = [[0.0; LENS_PARAMETERS]; LENS_PARAMETERS];
         let mut gradient = [0.0; LENS_PARAMETERS];
-        let biased = of.fill_lens(LensTerms {
+        let biased = of.fill_lens(LensEquations {
             mixed: &mut mixed,
             information: &mut information,
             gradient: &mut gradient,

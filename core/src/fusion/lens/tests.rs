@@ -5,6 +5,7 @@ extern crate std;
 use super::super::hypothesis::tests::context;
 use super::super::lens_change::hides_much;
 use super::super::lens_reference::LensReference;
+use super::equations::invert;
 use super::*;
 use nalgebra::SMatrix;
 use std::vec::Vec;
