@@ -12,11 +12,12 @@
 //! - [`hypothesis`], [`optimum`]: moments of the supporting pairs, and their optimum with the prior.
 //! - [`change_detector`]: steps and drifts below the noise of a pair. [`key_frame`]: motion of the scene since the last
 //!   pair that was added.
-//! - [`reported`]: reported estimate, and its part that is applied.
+//! - [`reported`]: reported estimate. [`applied`]: its part that is applied.
 //! - [`image_halves`]: biases of image regions. [`vibration`], [`marginal_sums`]: vibrating rigs.
 //! - [`lens`], [`lens_reference`], [`lens_change`]: errors of the lens models, and their compensation.
 //! - [`prior`]: estimate of a record. [`turn`]: turned baselines, which reveal mistakes in the rig file or the matcher.
 
+mod applied;
 mod association;
 mod association_result;
 mod change_detector;
