@@ -233,7 +233,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         let limit = T::single(self.config.fit_limit_px);
         let screen = limit.max(T::lit(SCREEN_NOISES) * self.fusion.noise());
         let rays = self.fusion.reference().correction();
-        let (matches, contradicting) = (self.batch.pairs(), self.contradicting);
+        let (matches, contradicting) = (self.batch.matches(), self.contradicting);
         Details::over(matches, rays, &self.in_use, proposal, contradicting, of_image, screen)
     }
 

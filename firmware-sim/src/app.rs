@@ -308,7 +308,7 @@ mod tests {
             direct.push(&correspondence(i)).unwrap();
         }
         let batch = app.calibrator().batch();
-        assert_eq!(batch.pairs(), direct.batch().pairs());
+        assert_eq!(batch.matches(), direct.batch().matches());
         assert_eq!([batch.offered(), batch.left_out()], [128, 64]);
         finish_pair(&mut app);
         assert_eq!(read(&mut app), Ok(Event::Frame { sequence: 2, offered: 50, taken: 50 }));

@@ -160,7 +160,7 @@ pub unsafe extern "C" fn selfcal_batch(
         let (instance, out) = unsafe { (shared(cal)?, Out::checked(batch)?) };
         let batch = instance.calibrator.batch();
         out.set(selfcal_batch_t {
-            held: u32::try_from(batch.pairs().len()).unwrap_or(u32::MAX),
+            held: u32::try_from(batch.matches().len()).unwrap_or(u32::MAX),
             offered: batch.offered(),
             left_out: batch.left_out(),
             refused: batch.refused(),

@@ -63,13 +63,13 @@ texts! { Pushed { Kept = "kept", Replaced = "replaced", LeftOut = "left out" } }
 /// let m = Correspondence { left: [800.0, 400.0], right: [750.0, 401.5], score: 0.9, grid_step: 0.0 };
 /// assert_eq!(batch.push(&cameras, &m)?, Pushed::Kept);
 /// assert!(batch.push(&cameras, &Correspondence { score: 2.0, ..m }).is_err());
-/// assert_eq!((batch.pairs().len(), batch.refused(), batch.offered()), (1, 1, 2));
+/// assert_eq!((batch.matches().len(), batch.refused(), batch.offered()), (1, 1, 2));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct Batch<T, const N: usize> {
     /// The length has 16 bits, so that the slice has a valid size even if a fault has overwritten the length.
-    pairs: heapless::Vec<RayPair<T>, N, u16>,
+    matches: heapless::Vec<RayPair<T>, N, u16>,
     selection: Selection<N>,
     left_out: u32,
     refused: u32,
@@ -92,7 +92,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
     pub const fn new() -> Self {
         const { assert!(N <= MAX_MEMBERS, "the selection's indices have 14 bits") }
         Self {
-            pairs: heapless::Vec::new(),
+            matches: heapless::Vec::new(),
             selection: Selection::new(),
             left_out: 0,
             refused: 0,
@@ -151,8 +151,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.seen.insert(cell);
         self.shift.add(c);
         self.row_grid.add((c.left[1] - c.right[1]).abs(), T::ZERO);
-        let full = self.pairs.is_full() || self.selection.is_full(cell);
-        let eviction = full.then(|| self.selection.eviction(cell, &self.pairs));
+        let full = self.matches.is_full() || self.selection.is_full(cell);
+        let eviction = full.then(|| self.selection.eviction(cell, &self.matches));
         let stays = eviction.map_or(Some(true), |eviction| eviction.is_replaced_by(priority));
         if stays == Some(false) {
             return Ok(Pushed::LeftOut);
@@ -163,28 +163,28 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             self.keep(pair, priority);
             return Ok(Pushed::Kept);
         };
-        let Some(old) = self.pairs.get_mut(eviction.index()) else {
+        let Some(old) = self.matches.get_mut(eviction.index()) else {
             return Ok(Pushed::LeftOut);
         };
         if stays.is_none() && ray_bits(&pair) <= ray_bits(old) {
             return Ok(Pushed::LeftOut);
         }
         *old = pair;
-        self.selection.replace(eviction, priority, &self.pairs);
+        self.selection.replace(eviction, priority, &self.matches);
         Ok(Pushed::Replaced)
     }
 
     /// Appends a correspondence to a batch with room.
     fn keep(&mut self, pair: RayPair<T>, priority: Priority) {
-        if self.pairs.push(pair).is_ok() {
-            self.selection.add(priority, &self.pairs);
+        if self.matches.push(pair).is_ok() {
+            self.selection.add(priority, &self.matches);
         }
     }
 
     /// Returns the correspondences, in order of arrival until the first is replaced. Empty while a transmission frame
     /// arrives ([`crate::link`]), because an incomplete frame is not a pair.
-    pub fn pairs(&self) -> &[RayPair<T>] {
-        if self.arriving { &[] } else { &self.pairs }
+    pub fn matches(&self) -> &[RayPair<T>] {
+        if self.arriving { &[] } else { &self.matches }
     }
 
     /// Returns the match whose left ray is nearest to `ray`, among the matches within `reach` that have a small row
@@ -199,7 +199,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         most: T,
     ) -> Option<&RayPair<T>> {
         let mut nearest = (reach * reach, None);
-        for pair in self.pairs() {
+        for pair in self.matches() {
             let squared = (pair.left - ray).norm_squared() / (pair.scale() * pair.scale());
             if squared <= nearest.0 && is_within_rows(pair, pose, most) {
                 nearest = (squared, Some(pair));
@@ -222,8 +222,8 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         focal: T,
     ) -> Rows<T> {
         let mut rectified = RowGrid::NONE;
-        let stride = self.pairs().len().div_ceil(JUDGED).max(1);
-        for pair in self.pairs().iter().step_by(stride) {
+        let stride = self.matches().len().div_ceil(JUDGED).max(1);
+        for pair in self.matches().iter().step_by(stride) {
             let changed = change.map_or(*pair, |change| pair.changed(change));
             if let Some(offset) = row_offset(in_use, &changed) {
                 rectified.add(offset.abs() * focal, T::lit(TIE_PX));
@@ -236,7 +236,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         };
         let step = given.max(rectified);
         if step > T::ZERO {
-            self.pairs.iter_mut().for_each(|pair| pair.widen_grid(step));
+            self.matches.iter_mut().for_each(|pair| pair.widen_grid(step));
         }
         Rows::Measured(step)
     }
@@ -253,7 +253,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
 
     /// Returns whether the number of correspondences is within the capacity; a memory fault may break this.
     pub(crate) fn is_within(&self) -> bool {
-        self.pairs.len() <= N
+        self.matches.len() <= N
     }
 
     /// Returns whether a frame has begun to arrive and has neither ended nor been cleared.
@@ -263,7 +263,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
 
     /// Returns the number of correspondences offered since the last [`Batch::clear`]: kept, left out or refused.
     pub fn offered(&self) -> u32 {
-        let held = u32::try_from(self.pairs.len()).unwrap_or(u32::MAX);
+        let held = u32::try_from(self.matches.len()).unwrap_or(u32::MAX);
         held.saturating_add(self.left_out).saturating_add(self.refused)
     }
 
@@ -306,7 +306,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
 
     /// Removes all correspondences, and resets the counts. The cells that contained matches stay known.
     pub fn clear(&mut self) {
-        self.pairs.clear();
+        self.matches.clear();
         self.selection.clear();
         self.left_out = 0;
         self.refused = 0;

@@ -52,7 +52,7 @@ fn selected<const N: usize>(offered: &[Correspondence<f32>]) -> Vec<[u64; 4]> {
     for c in offered {
         batch.push(&cameras(), c).unwrap();
     }
-    let mut kept: Vec<_> = batch.pairs().iter().map(ray_bits).collect();
+    let mut kept: Vec<_> = batch.matches().iter().map(ray_bits).collect();
     kept.sort_unstable();
     kept
 }

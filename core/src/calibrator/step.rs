@@ -70,12 +70,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             // A pair that has ended is not solved again.
             self.abandon_pair();
         }
-        let is_enough = self.batch.pairs().len() >= self.config.min_correspondences.into();
+        let is_enough = self.batch.matches().len() >= self.config.min_correspondences.into();
         if self.measure_rows() == Rows::NotMeasured && is_enough {
             return Some(self.unsolved(Rejection::RowsNotMeasured));
         }
         let context = context(&self.config, &self.factory, &self.fusion);
-        if let Err(why) = self.fusion.begin(&context, self.batch.pairs()) {
+        if let Err(why) = self.fusion.begin(&context, self.batch.matches()) {
             return Some(self.unsolved(why));
         }
         self.step = Step::Solving;
@@ -93,7 +93,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     #[inline(never)]
     fn take_pass(&mut self) -> Option<Outcome<T>> {
         let context = context(&self.config, &self.factory, &self.fusion);
-        match self.fusion.advance(&context, self.batch.pairs(), self.frozen) {
+        match self.fusion.advance(&context, self.batch.matches(), self.frozen) {
             Ok(is_solved) => self.step = if is_solved { Step::Solved } else { Step::Solving },
             Err(why) => {
                 self.step = Step::Judging { solved: false, fused: Err(why) };
@@ -188,7 +188,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             likeliest: self.causes.likeliest(),
         };
         self.next = proposal.and_then(|proposal| applicable_of(proposal).ok());
-        let matches = self.batch.pairs();
+        let matches = self.batch.matches();
         let agrees = evidence.judge(matches, pair, &mut self.recent, &mut self.verdict);
         if let Some(agrees) = agrees.filter(|_| !self.frozen) {
             self.causes.compare(agrees);
@@ -207,7 +207,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             return Err(Rejection::Frozen);
         }
         let context = context(&self.config, &self.factory, &self.fusion);
-        let fused = self.fusion.fuse(&context, self.batch.pairs());
+        let fused = self.fusion.fuse(&context, self.batch.matches());
         if fused.is_ok() && !self.fusion.is_repeated() && self.batch.is_moved_alike() {
             self.relief.add(self.batch.spread());
         }

@@ -113,7 +113,7 @@ impl<T: Scalar, const N: usize> FrameSink for Calibrator<T, N> {
             return 0;
         }
         self.batch.end_frame();
-        self.batch.pairs().len()
+        self.batch.matches().len()
     }
 
     fn discard(&mut self) {

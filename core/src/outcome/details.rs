@@ -3,11 +3,11 @@
 use core::fmt;
 
 use crate::batch::correspondence::RayPair;
-use crate::batch::row_offset::pixel_row_offset;
-use crate::depth::pose::{MountPose, RowsPose};
-use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection, RayChange};
+use crate::depth::pose::MountPose;
+use crate::geometry::lens_correction::{CorrectedExtrinsics, LensCorrection};
 use crate::outcome::proposal::Proposal;
 use crate::outcome::robust_rms::SquaresBySize;
+use crate::outcome::rows_of::RowsOf;
 use crate::scalar::Scalar;
 use crate::thresholds::{FIRST_ROW_LEVEL, NAMED_ROWS_PX};
 
@@ -101,16 +101,16 @@ impl<T: Scalar> Details<T> {
         [focal, corner]: [T; 2],
         screen_px: T,
     ) -> Option<Self> {
-        let changes = [in_use.correction, proposal.correction]
-            .map(|correction| (correction != *rays).then(|| rays.change_to(&correction)));
-        let [in_use, proposed] = [&in_use.extrinsics, &proposal.extrinsics].map(MountPose::from);
-        // Rows are compared with rows, so that the yaw of the lens counts against neither calibration.
         let lens_yaw = proposal.lens_yaw.value;
-        let of_rows = [in_use.with_lens(lens_yaw)?, proposed.with_lens(lens_yaw)?];
-        let fit = Fit::of(matches, &of_rows, &changes, screen_px / focal)?;
+        let [used, proposed] = [&in_use.extrinsics, &proposal.extrinsics].map(MountPose::from);
+        let rows = [
+            RowsOf::new(&used, &in_use.correction, rays, lens_yaw)?,
+            RowsOf::new(&proposed, &proposal.correction, rays, lens_yaw)?,
+        ];
+        let fit = Fit::of(matches, &rows, screen_px / focal)?;
         let [in_use_px, proposed_px, off_px] = fit.rms.map(|rms| rms * focal);
         let [fit_in_use, fit_proposed] = fit.matches;
-        let off = proposed.rotations().unknowns_to(in_use.rotations());
+        let off = proposed.rotations().unknowns_to(used.rotations());
         let yaw_sd = proposal.covariance_lens.m22.sqrt();
         Some(Self {
             in_use_px,
@@ -138,21 +138,13 @@ struct Fit<T> {
 impl<T: Scalar> Fit<T> {
     /// Returns the fit over matches; `None` if no match fits the proposed calibration.
     ///
-    /// * `changes`: changes of the right rays from the cameras of the batch to the cameras of each calibration.
+    /// * `calibrations`: in use, and proposed.
     /// * `screen`: largest row offset of a match that fits, at unit focal length.
-    fn of(
-        matches: &[RayPair<T>],
-        calibrations: &[RowsPose<T>; 2],
-        changes: &[Option<RayChange<T>>; 2],
-        screen: T,
-    ) -> Option<Self> {
+    fn of(matches: &[RayPair<T>], calibrations: &[RowsOf<T>; 2], screen: T) -> Option<Self> {
         let [mut in_use, mut proposed] = [0_u32; 2];
         let mut squares = [SquaresBySize::none(screen * T::lit(FIRST_ROW_LEVEL)); 3];
-        let [of_used, of_new] = calibrations.each_ref().map(RowsPose::rotations);
         for pair in matches {
-            let [used, new] =
-                changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));
-            let (used, new) = (pixel_row_offset(of_used, &used), pixel_row_offset(of_new, &new));
+            let [used, new] = calibrations.each_ref().map(|rows| rows.offset(pair));
             let Some((used, new)) = used.zip(new) else { continue };
             in_use = in_use.saturating_add(u32::from(used.abs() <= screen));
             if new.abs() <= screen {

@@ -11,6 +11,7 @@ use crate::outcome::pair_report::PairReport;
 use crate::outcome::proposal::Proposal;
 use crate::outcome::reasons::{Reason, Reasons};
 use crate::outcome::recent::Recent;
+use crate::outcome::rows_of::RowsOf;
 use crate::outcome::verdict::Verdict;
 use crate::scalar::Scalar;
 use crate::state::State;
@@ -120,18 +121,16 @@ impl<T: Scalar> Evidence<'_, T> {
             correction: proposal.applicable_correction,
         });
         let lens_yaw = self.proposal.map_or(T::ZERO, |proposal| proposal.lens_yaw.value);
-        let both = [self.in_use, &next];
-        let changes = both
-            .map(|of| (of.correction != self.rays).then(|| self.rays.change_to(&of.correction)));
-        // Rows are compared with rows, so that the yaw of the lens counts against neither calibration.
-        let [used, next] = both.map(|of| MountPose::from(&of.extrinsics).with_lens(lens_yaw));
+        let rows_of = |of: &CorrectedExtrinsics<T>| {
+            RowsOf::new(&MountPose::from(&of.extrinsics), &of.correction, &self.rays, lens_yaw)
+        };
+        let calibrations = [rows_of(self.in_use)?, rows_of(&next)?];
         let own = RectifyingRotations::from(&pair.extrinsics).into();
-        let poses = [own, used?, next?];
         let limit = T::single(self.config.fit_limit_px);
         let own_px = limit.max(T::lit(SCREEN_NOISES) * pair.noise_px);
         // A matcher that tolerates more than the screen finds more.
         let px = own_px.max(T::single(self.config.rows_limit_px) * T::lit(SCREEN));
         let screens = [own_px, px].map(|px| px / self.focal);
-        Sums::of(matches, &poses, &changes, screens).fit(self.focal)
+        Sums::of(matches, &own, &calibrations, screens).fit(self.focal)
     }
 }

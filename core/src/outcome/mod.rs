@@ -13,6 +13,7 @@ pub(crate) mod reasons;
 pub(crate) mod recent;
 pub(crate) mod relief;
 mod robust_rms;
+mod rows_of;
 pub(crate) mod verdict;
 pub(crate) mod vibration;
 

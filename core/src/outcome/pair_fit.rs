@@ -4,8 +4,8 @@ use crate::batch::correspondence::RayPair;
 use crate::batch::grid::CellSet;
 use crate::batch::row_offset::pixel_row_offset;
 use crate::depth::pose::RowsPose;
-use crate::geometry::lens_correction::RayChange;
 use crate::outcome::robust_rms::SquaresBySize;
+use crate::outcome::rows_of::RowsOf;
 use crate::scalar::Scalar;
 use crate::thresholds::{BAD_PX, FIRST_ROW_LEVEL, IMPROVEMENT, JUDGED};
 
@@ -53,13 +53,13 @@ pub(super) struct Sums<T> {
 impl<T: Scalar> Sums<T> {
     /// Takes the sums over at most [`JUDGED`] matches.
     ///
-    /// * `poses`: of the pair, in use, of the estimate; `changes`: changes of the right rays from the cameras of the
-    ///   batch to the cameras of the last two; `screens`: largest row offset of a match that fits the pair's own pose,
-    ///   and that fits the others; at unit focal length.
+    /// * `own`: pose of the pair alone; `calibrations`: in use, and of the estimate.
+    /// * `screens`: largest row offset of a match that fits the pair's own pose, and that fits the calibrations; at unit
+    ///   focal length.
     pub(super) fn of(
         matches: &[RayPair<T>],
-        poses: &[RowsPose<T>; 3],
-        changes: &[Option<RayChange<T>>; 2],
+        own: &RowsPose<T>,
+        calibrations: &[RowsOf<T>; 2],
         [own_screen, screen]: [T; 2],
     ) -> Self {
         let none = SquaresBySize::none(own_screen * T::lit(FIRST_ROW_LEVEL));
@@ -70,11 +70,10 @@ impl<T: Scalar> Sums<T> {
             nearness: T::ZERO,
             seen: CellSet::NONE,
         };
-        let [own, used, next] = poses.each_ref().map(RowsPose::rotations);
         let stride = matches.len().div_ceil(JUDGED).max(1);
         for pair in matches.iter().step_by(stride) {
             let Some(offset) =
-                pixel_row_offset(own, pair).filter(|offset| offset.abs() <= own_screen)
+                pixel_row_offset(own.rotations(), pair).filter(|offset| offset.abs() <= own_screen)
             else {
                 continue;
             };
@@ -83,9 +82,7 @@ impl<T: Scalar> Sums<T> {
             sums.own += offset * offset;
             sums.nearness += nearness * nearness;
             sums.seen.insert(pair.cell());
-            let [of_used, of_next] =
-                changes.map(|change| change.map_or(*pair, |change| pair.changed(&change)));
-            let others = [pixel_row_offset(used, &of_used), pixel_row_offset(next, &of_next)];
+            let others = calibrations.each_ref().map(|rows| rows.offset(pair));
             let [all, fit @ ..] = &mut sums.matches;
             *all = all.saturating_add(1);
             for (count, other) in fit.iter_mut().zip(others) {

@@ -263,7 +263,7 @@ mod tests {
         let all = pixels(0, 0.0).into_iter().take(30).enumerate();
         let batch = batch::<f64>(all.map(|(i, [u, v, x, y])| [u, v, x, y + shift(i)]));
         let solver = solvers(&batch, [0.0; 3], [0.0; 2]).next().unwrap();
-        let (by, pairs) = (solver.weighting(), batch.pairs());
+        let (by, pairs) = (solver.weighting(), batch.matches());
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let mut rounds = Rounds::after_annealing(true);
         let step = (0..rounds.left)
@@ -344,8 +344,8 @@ mod tests {
         let prior = Information(Symmetric5::of_diagonal([100.0; 5]));
         let (by, mut rows) = (solver.weighting(), Rows::new());
         let mut rounds = Rounds::after_annealing(true);
-        let (_, step) = rounds.take(&solver.iterate.pose, &by, batch.pairs(), 1.0, &prior)?;
-        take_rows(&by, batch.pairs(), &mut rows);
+        let (_, step) = rounds.take(&solver.iterate.pose, &by, batch.matches(), 1.0, &prior)?;
+        take_rows(&by, batch.matches(), &mut rows);
         let fit_at_once = rows.iter().filter(|row| residual(row, &step).abs() < 1.0).count();
         assert!(fit_at_once > 20, "{fit_at_once}");
         let optimum = (0..20).fold(step, |d, _| improved(&rows, d, 1.0, &prior));
@@ -376,9 +376,9 @@ mod tests {
         let sampled: Vec<usize> = scattered_over(&places, SAMPLED).copied().collect();
         let not_sampled = places.iter().filter(|place| !sampled.contains(place));
         for others in [0, 35] {
-            let mut pairs = level.pairs().to_vec();
+            let mut pairs = level.matches().to_vec();
             for place in sampled.iter().take(40).chain(not_sampled.clone().take(others)) {
-                pairs[*place] = shifted.pairs()[*place];
+                pairs[*place] = shifted.matches()[*place];
             }
             let [mut rounds, mut of_sample] = [Rounds::after_annealing(true); 2];
             let step = rounds.take(&solver.iterate.pose, &by, &pairs, 1.0, &prior);

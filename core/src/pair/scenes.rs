@@ -83,7 +83,7 @@ pub(super) fn solvers<T: Scalar>(
     let stages: Vec<_> = (0..9)
         .map(|_| {
             let at = search.clone();
-            let _ = search.advance(batch.pairs());
+            let _ = search.advance(batch.matches());
             at
         })
         .chain([track])

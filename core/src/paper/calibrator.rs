@@ -116,7 +116,7 @@ impl<T: Scalar, const N: usize> PaperCalibrator<T, N> {
             // A pair that has ended is not solved again.
             self.discard_pair();
         }
-        let matches = self.batch.pairs();
+        let matches = self.batch.matches();
         match &mut self.step {
             Step::Solving(solver) if solver.is_done() => {
                 let report = solver.report(matches);

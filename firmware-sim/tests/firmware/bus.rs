@@ -31,7 +31,7 @@ fn the_estimate_over_the_bus_is_bit_identical_to_that_of_direct_pushes() {
         let offered = pair.len();
         let read = std::iter::repeat_with(|| app.poll()).find(|event| *event != Ok(Event::Reading));
         assert_eq!(read, Some(Ok(Event::Frame { sequence, offered, taken: offered })));
-        assert_eq!(app.calibrator().batch().pairs(), batch.pairs());
+        assert_eq!(app.calibrator().batch().matches(), batch.matches());
         // Each call takes one pass; two more calls fuse and judge.
         for _ in 0..=report.passes {
             assert_eq!(app.poll(), Ok(Event::Pass));

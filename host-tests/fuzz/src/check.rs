@@ -50,7 +50,7 @@ pub(super) fn check_in_use(calibrator: &Target, factory: &FactoryCalibration<f32
 pub(super) fn check_begun_again(calibrator: &Target) {
     assert!(calibrator.proposal().is_none() && calibrator.details().is_none());
     assert_eq!(calibrator.state(), State::Acquiring);
-    assert!(calibrator.batch().pairs().is_empty());
+    assert!(calibrator.batch().matches().is_empty());
 }
 
 /// Checks that a verdict has no number out of its range, and gives a reason where it forbids arming.

@@ -85,7 +85,7 @@ pub fn run_calibrator(bytes: &[u8]) {
     while let Ok(call) = Call::arbitrary(&mut input) {
         let before = state(&calibrator);
         let unconfirmed = calibrator.state() == State::Acquiring;
-        let batch = calibrator.batch().pairs().to_vec();
+        let batch = calibrator.batch().matches().to_vec();
         let refused = perform(&mut calibrator, &call, &mut made);
         let changed = before.generation != calibrator.in_use().generation;
         // The generation changes exactly if the calibration in use does. Calls that make a new calibrator are exempt,
@@ -109,7 +109,7 @@ pub fn run_calibrator(bytes: &[u8]) {
                 | Call::Solve
                 | Call::Advance
         );
-        let kept = begins || batch == calibrator.batch().pairs();
+        let kept = begins || batch == calibrator.batch().matches();
         assert!(!refused || kept, "a refused {call:?} changed the batch");
         check_in_use(&calibrator, &made.factory);
         if let Some(estimate) = calibrator.proposal() {
@@ -194,11 +194,11 @@ fn perform(calibrator: &mut Target, call: &Call, made: &mut Made) -> bool {
     match call {
         Call::Push(bits) => {
             let c = of_bits(bits);
-            let held = calibrator.batch().pairs().len();
+            let held = calibrator.batch().matches().len();
             let pushed = calibrator.push(&c);
             let added = usize::from(pushed == Ok(Pushed::Kept));
             // The first push after a pair starts a new batch.
-            let now = calibrator.batch().pairs().len();
+            let now = calibrator.batch().matches().len();
             assert!(now == held + added || now == added, "{pushed:?}");
             pushed.is_err()
         }

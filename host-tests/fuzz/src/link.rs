@@ -209,7 +209,7 @@ pub fn run_frames(bytes: &[u8]) {
             Err(_) => continue,
             Ok(None) => break,
             Ok(Some(received)) => {
-                assert_eq!(received.taken, calibrator.batch().pairs().len());
+                assert_eq!(received.taken, calibrator.batch().matches().len());
                 assert!(received.taken <= received.header.count.into());
             }
         }

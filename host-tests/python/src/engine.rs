@@ -78,7 +78,7 @@ macro_rules! each {
 pub(crate) use each;
 
 fn mean_grid_step<const N: usize>(calibrator: &Calibrator<f32, N>) -> f32 {
-    let pairs = calibrator.batch().pairs();
+    let pairs = calibrator.batch().matches();
     // A batch has at most 2^14 matches.
     let count = u16::try_from(pairs.len()).unwrap_or(u16::MAX);
     pairs.iter().map(RayPair::grid_step).sum::<f32>() / f32::from(count.max(1))
@@ -105,7 +105,7 @@ impl<const N: usize> Held<N> {
         let calibrator = &mut self.calibrator;
         let batch = calibrator.batch();
         let refused = batch.refused().try_into().unwrap_or(usize::MAX);
-        let matches = [offered, batch.pairs().len(), refused];
+        let matches = [offered, batch.matches().len(), refused];
         let solved = calibrator.solve_pair();
         let tracks = self.tracks.as_deref_mut();
         let tracks = tracks.filter(|tracks| frame.is_some() && !tracks.quads().is_empty());

@@ -46,7 +46,7 @@ pub(crate) fn push(cal: &mut Cal, twin: &mut Twin, set: &Dataset, index: usize) 
     assert_eq!(counts.left_out, count(Pushed::LeftOut));
     assert_eq!((counts.refused, counts.first_refusal), (0, SELFCAL_OK));
     let batch = get!(cal, selfcal_batch).unwrap();
-    assert_eq!(usize::try_from(batch.held).unwrap(), twin.batch().pairs().len());
+    assert_eq!(usize::try_from(batch.held).unwrap(), twin.batch().matches().len());
     assert_eq!(
         (batch.offered, batch.left_out, batch.refused),
         (twin.batch().offered(), twin.batch().left_out(), twin.batch().refused())

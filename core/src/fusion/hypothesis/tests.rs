@@ -52,10 +52,10 @@ pub(in crate::fusion) fn evaluated_at<T: Scalar>(
     let start = context().factory_pose;
     let mut solver = PairSolver::search(&Config::robust(), T::lit(FOCAL), start, 24);
     while !solver.is_done() {
-        solver.advance(batch.pairs()).unwrap();
+        solver.advance(batch.matches()).unwrap();
     }
     let mut evaluated = EvaluatedPose::NONE;
-    solver.iterate().evaluate(batch.pairs(), &mut evaluated).unwrap();
+    solver.iterate().evaluate(batch.matches(), &mut evaluated).unwrap();
     evaluated
 }
 
@@ -262,7 +262,7 @@ fn badly_determined(seed: u64) -> Option<(EvaluatedPose<f64>, Extrinsics<f64>)> 
     let batch = Batch::<f64, 40>::of(&pairs);
     let solver = PairSolver::search(&Config::robust(), FOCAL, context().factory_pose, 12);
     let mut evaluated = EvaluatedPose::NONE;
-    solver.iterate().evaluate(batch.pairs(), &mut evaluated).ok()?;
+    solver.iterate().evaluate(batch.matches(), &mut evaluated).ok()?;
     let in_use = pose([any(0.3), any(0.3), any(0.3)], [any(0.4), any(0.4)]).extrinsics().unwrap();
     Some((evaluated, in_use))
 }

@@ -40,7 +40,7 @@ fn a_pose_at_which_few_of_the_matches_that_fit_have_weight_has_no_inliers() {
         };
         let pairs: [_; 100] = core::array::from_fn(|i| one(u32::try_from(i).unwrap()));
         let mut evaluated = EvaluatedPose::NONE;
-        iterate.evaluate(Batch::<f64, 100>::of(&pairs).pairs(), &mut evaluated).unwrap();
+        iterate.evaluate(Batch::<f64, 100>::of(&pairs).matches(), &mut evaluated).unwrap();
         assert_eq!(evaluated.stats.near(), 100.0);
         let is_scene = evaluated.is_found(12) && evaluated.no_scene(12).is_none();
         (evaluated.measurement.inlier_share, evaluated.has_peak(), is_scene)
@@ -203,7 +203,7 @@ fn a_pose_between_two_crowds_of_equal_size_is_no_optimum() {
         };
         let pairs: [_; 100] = core::array::from_fn(|i| one(u32::try_from(i).unwrap()));
         let mut evaluated = EvaluatedPose::NONE;
-        iterate.evaluate(Batch::<f64, 100>::of(&pairs).pairs(), &mut evaluated).unwrap();
+        iterate.evaluate(Batch::<f64, 100>::of(&pairs).matches(), &mut evaluated).unwrap();
         [evaluated.stats.is_hollow(), !evaluated.has_peak(), !evaluated.is_found(12)]
     };
     assert_eq!([0.0, 0.5].map(evaluated), [[false; 3]; 2]);

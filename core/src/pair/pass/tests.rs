@@ -41,7 +41,7 @@ proptest! {
             let by = solver.weighting();
             let frame = PoseTerms::at(&solver.iterate.pose);
             let (mut normal, mut usable, mut weighted) = (NormalEquations::ZERO, 0.0, 0.0);
-            for pair in read(batch.pairs(), false) {
+            for pair in read(batch.matches(), false) {
                 let Some(constraint) = Constraint::of(&frame, pair) else { continue };
                 usable += 1.0;
                 let w = weight(&by, pair, &constraint);
@@ -49,7 +49,7 @@ proptest! {
                 let (row, _) = by.row(&constraint, by.precision(&constraint), w);
                 normal.add_row(row.weight, row.value, &row.jacobian);
             }
-            let sums = PassSums::of(&solver.iterate, &solver.phase, batch.pairs());
+            let sums = PassSums::of(&solver.iterate, &solver.phase, batch.matches());
             prop_assert_eq!((sums.usable, sums.weighted), (usable, weighted));
             let size = normal.information.0.diagonal().into_iter().fold(0.0, f64::max);
             let (ours, theirs) = (&sums.normal.information.0.0, &normal.information.0.0);

@@ -125,7 +125,7 @@ fn a_reset_returns_to_the_factory_and_forgets_the_rest() {
     calibrator.reset();
     assert_eq!((&calibrator.in_use().extrinsics, calibrator.in_use().generation), (&factory, 2));
     assert_eq!((calibrator.state(), calibrator.proposal()), (State::Acquiring, None));
-    assert!(calibrator.batch().pairs().is_empty());
+    assert!(calibrator.batch().matches().is_empty());
     assert_eq!(calibrator.undo(), Err(ApplyError::NothingToUndo));
     // The calibrator is as new: the same pairs give the same bits.
     let mut fresh = calibrated(factory);

@@ -16,7 +16,7 @@ type Tested = Calibrator<f32, 256>;
 fn state(c: &Tested) -> String {
     format!(
         "{:?} {:?} {:?} {}",
-        c.batch().pairs(),
+        c.batch().matches(),
         c.proposal().map(|p| (p.extrinsics, p.covariance, p.pairs)),
         &c.in_use().extrinsics,
         c.in_use().generation

@@ -247,7 +247,7 @@ fn a_batch_of_the_least_number_is_solved() {
 fn a_batch_of_fewer_than_the_least_solves_nothing() {
     let mut small = with::<f32, 8>(Config::robust());
     fill(&mut small, &correspondences(&rig(ROTATION, BASELINE), 200, 0.5, 9));
-    assert_eq!(small.batch().pairs().len(), 8);
+    assert_eq!(small.batch().matches().len(), 8);
     assert_eq!(small.solve_pair().fused, Err(Rejection::TooFew { usable: 8, needed: 12 }));
 }
 
@@ -257,7 +257,7 @@ fn a_batch_that_selects_64_of_many_locks_on_the_rig() {
     let mut small = with::<f32, 64>(Config::robust());
     for seed in 0..10 {
         take(&mut small, &among_outliers(0.5, seed)).unwrap();
-        assert_eq!(small.batch().pairs().len(), 64);
+        assert_eq!(small.batch().matches().len(), 64);
     }
     let proposal = small.proposal().unwrap();
     assert_eq!((proposal.state, proposal.pairs), (State::Locked, 10));

@@ -20,7 +20,7 @@ fn batch_of<const N: usize>(offered: &[Correspondence<f32>]) -> Batch<f32, N> {
     let mut batch = Batch::new();
     for c in offered {
         batch.push(&cameras(), c).unwrap();
-        assert!(batch.pairs().len() <= N);
+        assert!(batch.matches().len() <= N);
     }
     batch
 }
@@ -32,7 +32,7 @@ fn key(left: [f32; 2], right: [f32; 2]) -> [u32; 4] {
 }
 
 fn keys<const N: usize>(batch: &Batch<f32, N>) -> Vec<[u32; 4]> {
-    batch.pairs().iter().map(|pair| key(pair.left(), pair.right())).collect()
+    batch.matches().iter().map(|pair| key(pair.left(), pair.right())).collect()
 }
 
 fn holds<const N: usize>(batch: &Batch<f32, N>, c: &Correspondence<f32>) -> bool {
@@ -57,7 +57,7 @@ fn the_few_matches_outside_a_crowd_stay_whenever_they_come() {
         offered.splice(place..place, few.iter().copied());
         let batch = batch_of::<64>(&offered);
         assert!(few.iter().all(|c| holds(&batch, c)), "{place}");
-        assert_eq!((batch.pairs().len(), batch.offered(), batch.left_out()), (64, 412, 348));
+        assert_eq!((batch.matches().len(), batch.offered(), batch.left_out()), (64, 412, 348));
     }
 }
 
@@ -119,7 +119,7 @@ fn among_equal_scores_every_match_of_a_cell_has_the_same_chance() {
 fn the_same_matches_give_the_same_bits_and_in_another_order_the_same_set() {
     let mut offered = correspondences::<f32>(&rig([1.0, 2.0, -1.0], [2.0, 1.0]), 700, 0.3, 4);
     let batch = batch_of::<100>(&offered);
-    assert_eq!(batch.pairs(), batch_of::<100>(&offered).pairs());
+    assert_eq!(batch.matches(), batch_of::<100>(&offered).matches());
     let sorted = |batch: &Batch<f32, 100>| {
         let mut keys = keys(batch);
         keys.sort_unstable();
@@ -139,7 +139,7 @@ fn clearing_leaves_nothing_behind() {
     for c in &offered {
         batch.push(&cameras(), c).unwrap();
     }
-    assert_eq!(batch.pairs(), batch_of::<64>(&offered).pairs());
+    assert_eq!(batch.matches(), batch_of::<64>(&offered).matches());
 }
 
 #[test]
@@ -151,7 +151,7 @@ fn the_fate_of_each_match_is_reported_and_counted() {
     assert_eq!(push(at(900.0, 900.0, 9.0, 0.1)), Ok(Pushed::Replaced));
     assert_eq!(push(at(900.0, 900.0, 9.0, 1.1)), Err(PushError::Score));
     assert_eq!([batch.offered(), batch.left_out(), batch.refused()], [6, 3, 1]);
-    let scores: Vec<f32> = batch.pairs().iter().map(|p| (p.score() * 10.0).round()).collect();
+    let scores: Vec<f32> = batch.matches().iter().map(|p| (p.score() * 10.0).round()).collect();
     assert_eq!(scores, [7.0, 1.0]);
     let mut none = Batch::<f32, 0>::new();
     assert_eq!(none.push(&cameras(), &at(500.0, 500.0, 9.0, 0.5)), Ok(Pushed::LeftOut));
@@ -168,7 +168,7 @@ fn a_match_without_rays_takes_no_place_of_a_full_batch() {
     for i in 0..8_u8 {
         batch.push(&cameras, &at(900.0 + f32::from(i), 600.0, 9.0, 0.5)).unwrap();
     }
-    let before = batch.pairs().to_vec();
+    let before = batch.matches().to_vec();
     let pixel = |side, why| PushError::Pixel(side, why);
     let cases = [
         // A better score in a cell of its own: the match would stay if it had rays.
@@ -181,7 +181,7 @@ fn a_match_without_rays_takes_no_place_of_a_full_batch() {
     ];
     for (i, (bad, why)) in (1..).zip(cases) {
         assert_eq!(batch.push(&cameras, &bad), Err(why));
-        assert_eq!((batch.pairs(), batch.refused(), batch.left_out()), (&before[..], i, 0));
+        assert_eq!((batch.matches(), batch.refused(), batch.left_out()), (&before[..], i, 0));
     }
 }
 

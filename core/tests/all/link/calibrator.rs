@@ -61,7 +61,7 @@ fn the_batch_equals_the_pushed_matches_of_the_frame() {
             };
             by_hand.push(&c).unwrap();
         }
-        assert_eq!(calibrator.batch().pairs(), by_hand.batch().pairs());
+        assert_eq!(calibrator.batch().matches(), by_hand.batch().matches());
         assert_eq!([calibrator.batch().offered(), calibrator.batch().left_out()], [100, 36]);
     }
     check::<f32>();
@@ -84,11 +84,11 @@ fn a_damaged_frame_leaves_an_empty_batch() {
     *bytes.last_mut().unwrap() ^= 1;
     let mut calibrator = calibrator::<f32>();
     assert_eq!(feed(&mut Decoder::new(), &bytes, &mut calibrator), Ok(None));
-    assert!(calibrator.batch().pairs().is_empty());
+    assert!(calibrator.batch().matches().is_empty());
     // A match of another source is not hidden: the damaged frame has ended.
     assert_eq!(calibrator.batch().offered(), 0);
     calibrator.push(&Frame::plain(2, 1).matches[0]).unwrap();
-    assert_eq!(calibrator.batch().pairs().len(), 1);
+    assert_eq!(calibrator.batch().matches().len(), 1);
 }
 
 #[test]
@@ -105,14 +105,18 @@ fn a_frame_cut_off_anywhere_gives_no_pair() {
             (false, true) => 0,
             (false, false) => 50,
         };
-        assert_eq!((calibrator.batch().pairs().len(), fed.is_some()), (held, held == 50), "{cut}");
+        assert_eq!(
+            (calibrator.batch().matches().len(), fed.is_some()),
+            (held, held == 50),
+            "{cut}"
+        );
         let outcome = calibrator.solve_pair();
         let too_few = Err(Rejection::TooFew { usable: 0, needed: 12 });
         assert_eq!(outcome.fused == too_few, held == 0, "{cut}");
         // The call of `solve_pair` has lost nothing: the frame continues.
         if held == 0 {
             let rest = feed(&mut decoder, &new[cut..], &mut calibrator).unwrap().unwrap();
-            assert_eq!((rest.taken, calibrator.batch().pairs().len()), (50, 50), "{cut}");
+            assert_eq!((rest.taken, calibrator.batch().matches().len()), (50, 50), "{cut}");
         }
     }
 }
@@ -134,7 +138,7 @@ fn the_second_half_of_a_frame_that_was_given_up_is_dropped() {
         *second.last_mut().unwrap() ^= end;
         let fed = feed(&mut decoder, &second, &mut calibrator).unwrap();
         assert_eq!(fed.map(|received| received.taken), taken);
-        assert_eq!(calibrator.batch().pairs().len(), by_hand.len());
+        assert_eq!(calibrator.batch().matches().len(), by_hand.len());
     }
 }
 
@@ -149,7 +153,7 @@ fn a_frame_of_another_image_size_is_refused_and_counted_and_the_batch_stays() {
     let mut rest = bytes.as_slice();
     let refused = decoder.feed(&mut rest, &mut calibrator);
     assert_eq!(refused, Err(FrameRefusal::ImageSize([1280, 1200])));
-    assert_eq!(calibrator.batch().pairs().len(), 10);
+    assert_eq!(calibrator.batch().matches().len(), 10);
     let next = decoder.feed(&mut rest, &mut calibrator).unwrap().unwrap();
     assert_eq!((next.header.sequence, next.taken), (3, 12));
     assert_eq!((decoder.counters().refused, decoder.counters().good), (1, 2));

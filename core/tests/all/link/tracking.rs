@@ -85,7 +85,7 @@ fn a_damaged_frame_is_not_joined_and_the_next_one_is_joined_to_the_frame_before_
     bytes[100] ^= 1;
     let mut sink = Tracking { calibrator: &mut calibrator, tracks: Some(&mut tracks) };
     assert_eq!(Decoder::new().feed(&mut &bytes[..], &mut sink), Ok(None));
-    assert!(tracks.quads().is_empty() && calibrator.batch().pairs().is_empty());
+    assert!(tracks.quads().is_empty() && calibrator.batch().matches().is_empty());
     feed(&mut calibrator, &mut tracks, &frame(2, &matches));
     assert_eq!(tracks.quads().len(), matches.len());
     // Without `tracks` in the sink, the tracks are ignored.

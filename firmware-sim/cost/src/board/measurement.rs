@@ -365,7 +365,7 @@ fn witnesses<T: Scalar>(
     let mut tracks = Tracks::<T, CAPACITY>::new();
     for _ in 0..2 {
         tracks.begin();
-        for (track, pair) in (1..).zip(calibrator.batch().pairs()) {
+        for (track, pair) in (1..).zip(calibrator.batch().matches()) {
             tracks.push(track, pair);
         }
         tracks.end();

@@ -141,7 +141,7 @@ impl Checked {
 }
 
 fn mean_grid_step<T: Scalar, const N: usize>(calibrator: &Calibrator<T, N>) -> f64 {
-    let pairs = calibrator.batch().pairs();
+    let pairs = calibrator.batch().matches();
     let sum: f64 = pairs.iter().map(|pair| pair.grid_step().to_f64()).sum();
     // A batch has at most 2^14 matches.
     let count = u32::try_from(pairs.len()).unwrap_or(u32::MAX);

@@ -48,7 +48,7 @@ impl<T: Scalar, const N: usize> Replayed for Published<T, N> {
                 *refused.entry(refused::of_match(why)).or_default() += 1;
             }
         }
-        let taken = self.calibrator.batch().pairs().len();
+        let taken = self.calibrator.batch().matches().len();
         let Outcome { pair: report, fused } = self.calibrator.solve_pair();
         let outcome = report.map(|report| (report, fused)).ok_or(fused.err());
         let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));

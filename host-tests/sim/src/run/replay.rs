@@ -278,7 +278,7 @@ fn replay_pair<T: Scalar, const N: usize>(
             *refused.entry(refused::of_match(why)).or_default() += 1;
         }
     }
-    let taken = calibrator.batch().pairs().len();
+    let taken = calibrator.batch().matches().len();
     let Outcome { pair: report, fused } = calibrator.solve_pair();
     let outcome = report.map(|report| (report, fused)).ok_or(fused.err());
     let outcome = outcome.map_err(|why| why.unwrap_or(Rejection::NotBegun));

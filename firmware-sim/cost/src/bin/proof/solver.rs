@@ -14,17 +14,17 @@ pub(crate) fn all(cameras: &Cameras<f32>) {
     let start = geometry::extrinsics().unwrap_or(Extrinsics::SIDE_BY_SIDE);
     let settings = settings().unwrap_or_default();
     facade(PaperCalibrator::new(settings, *cameras, start));
-    if let Ok(mut solver) = HuberSolver::begin(&settings, number(), &start, batch.pairs()) {
+    if let Ok(mut solver) = HuberSolver::begin(&settings, number(), &start, batch.matches()) {
         while !solver.is_done() {
-            show(solver.advance(batch.pairs()));
+            show(solver.advance(batch.matches()));
         }
-        if let Ok(report) = solver.report(batch.pairs()) {
+        if let Ok(report) = solver.report(batch.matches()) {
             information(&report.information);
             fusion(&report);
         }
     }
     batch.clear();
-    show(batch.pairs());
+    show(batch.matches());
 }
 
 fn settings() -> Result<Settings, ConfigError> {
@@ -51,7 +51,7 @@ fn facade(mut calibrator: PaperCalibrator<f32, 256>) {
         show(calibrator.advance_pair());
         show(calibrator.estimate());
         show(calibrator.has_valid_lengths());
-        show(calibrator.batch().pairs());
+        show(calibrator.batch().matches());
         calibrator.discard_pair();
         calibrator.reset();
     }
