@@ -87,7 +87,7 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// Returns the noise tensor in the frame of another pose.
-    fn noise_tensor_at(
+    pub(super) fn noise_tensor_at(
         &self,
         frame: &RectifyingRotations<T>,
         pose: &RectifyingRotations<T>,
@@ -108,36 +108,10 @@ impl<T: Scalar> Moments<T> {
         self.noise = [n.m11, n.m22, n.m32, n.m33];
     }
 
-    /// Returns the normal equations at a pose, noise included.
-    ///
-    /// * `frame`: pose whose rectified frame is the frame of the sums.
-    #[inline(never)]
-    pub(crate) fn biased_at_pose(
-        &self,
-        frame: &RectifyingRotations<T>,
-        pose: &RectifyingRotations<T>,
-    ) -> BiasedEquations<T> {
-        let mut normal = self.plain_at_pose(frame, pose);
-        let n = self.noise_tensor_at(frame, pose);
-        let [.., by_forward, by_down] = &mut normal.gradient.data.0[0];
-        *by_forward -= n.m31;
-        *by_down += n.m21;
-        BiasedEquations { normal, noise: BaselineNoise([n.m33, -n.m32, n.m22]) }
-    }
-
     /// Returns the normal equations at the pose of the frame, noise included.
     pub(crate) fn biased_at_frame(&self) -> BiasedEquations<T> {
         let [_, yy, zy, zz] = self.noise;
         BiasedEquations { normal: self.at_frame(), noise: BaselineNoise([zz, -zy, yy]) }
-    }
-
-    /// Returns the normal equations at a pose, without the noise of disparities.
-    pub(crate) fn debiased_at_pose(
-        &self,
-        frame: &RectifyingRotations<T>,
-        pose: &RectifyingRotations<T>,
-    ) -> NormalEquations<T> {
-        self.biased_at_pose(frame, pose).debiased()
     }
 }
 

@@ -8,7 +8,8 @@ use nalgebra::Vector5;
 
 use super::block_variances::BlockVariances;
 use super::disparity_noise::BiasedEquations;
-use super::moments::{COORDINATES, Coefficients, Moments, Vector12, add_outer, dot};
+use super::framed_moments::FramedMoments;
+use super::moments::{COORDINATES, Coefficients, Vector12, add_outer, dot};
 use crate::geometry::rectification::RectifyingRotations;
 use crate::geometry::so3::product;
 use crate::scalar::Scalar;
@@ -102,17 +103,11 @@ impl<T: Scalar> LensEquations<'_, T> {
     }
 }
 
-impl<T: Scalar> Moments<T> {
+impl<T: Scalar> FramedMoments<'_, T> {
     /// Fills the normal equations of the lens at `pose`.
-    ///
-    /// * `frame`: pose whose rectified frame is the frame of the sums.
     #[inline(never)]
-    pub(crate) fn fill_lens(
-        &self,
-        frame: &RectifyingRotations<T>,
-        pose: &RectifyingRotations<T>,
-        equations: LensEquations<'_, T>,
-    ) {
+    pub(crate) fn fill_lens(self, pose: &RectifyingRotations<T>, equations: LensEquations<'_, T>) {
+        let Self { moments, frame } = self;
         let mut at_pose = Coefficients::NONE;
         at_pose.add(frame, pose);
         let mut by_lens = [[T::ZERO; COORDINATES]; LENS_PARAMETERS];
@@ -120,7 +115,7 @@ impl<T: Scalar> Moments<T> {
         let LensEquations { mixed, information, gradient } = equations;
         let rows = mixed.iter_mut().zip(information).zip(gradient).zip(&by_lens);
         for (((mixed, information), gradient), by_parameter) in rows {
-            let weighted = self.times(by_parameter);
+            let weighted = moments.times(by_parameter);
             *gradient = dot(&at_pose.of_offset, &weighted);
             let by_unknown = mixed.iter_mut().zip(&at_pose.by_unknown);
             by_unknown.for_each(|(mixed, d)| *mixed = dot(d, &weighted));
@@ -184,7 +179,7 @@ fn coefficients<T: Scalar>(
 mod tests {
     use super::*;
     use crate::algebra::change_frame::split;
-    use crate::algebra::moments::without_lens;
+    use crate::algebra::moments::{Moments, without_lens};
     use crate::geometry::rectification::tests::pose;
     use nalgebra::{Vector3, Vector5};
 
@@ -200,7 +195,7 @@ mod tests {
     fn terms(sums: &Moments<f64>, frame: &Pose, pose: &Pose) -> Terms {
         let mut terms = Terms::default();
         let Terms { mixed, information, gradient } = &mut terms;
-        sums.fill_lens(frame, pose, LensEquations { mixed, information, gradient });
+        sums.in_frame_of(frame).fill_lens(pose, LensEquations { mixed, information, gradient });
         terms
     }
 

@@ -3,6 +3,7 @@
 pub(crate) mod block_variances;
 mod change_frame;
 pub(crate) mod disparity_noise;
+pub(crate) mod framed_moments;
 pub(crate) mod information;
 pub(crate) mod lens_prior;
 pub(crate) mod lens_terms;

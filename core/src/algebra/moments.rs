@@ -86,7 +86,7 @@ impl<T: Scalar> Moments<T> {
         products.iter().chain(slope).chain(noise).all(nalgebra::ComplexField::is_finite)
     }
 
-    /// Returns the normal equations at the pose of the frame. This is [`Self::at_pose`] written out, because at this
+    /// Returns the normal equations at the pose of the frame. This is [`FramedMoments::at`] written out, because at this
     /// pose each derivative contains only one or two of the nine products. Derivation: `ESTIMATOR.md`.
     #[inline(never)]
     pub(crate) fn at_frame(&self) -> NormalEquations<T> {
@@ -116,47 +116,10 @@ impl<T: Scalar> Moments<T> {
         }
     }
 
-    /// Returns the normal equations of the cost at a pose, noise of disparities included.
-    ///
-    /// * `frame`: pose whose rectified frame is the frame of the sums.
-    /// * `pose`: any pose. The part from `M` is exact for frozen weights; the offset of the gradient is exact to first
-    ///   order.
-    pub(crate) fn at_pose(
-        &self,
-        frame: &RectifyingRotations<T>,
-        pose: &RectifyingRotations<T>,
-    ) -> NormalEquations<T> {
-        self.biased_at_pose(frame, pose).normal
-    }
-
-    /// Returns the equations of [`Self::at_pose`] without the offset of the gradient with respect to the baseline.
-    pub(super) fn plain_at_pose(
-        &self,
-        frame: &RectifyingRotations<T>,
-        pose: &RectifyingRotations<T>,
-    ) -> NormalEquations<T> {
-        let (mut coefficients, mut normal) = (Coefficients::NONE, NormalEquations::ZERO);
-        coefficients.add(frame, pose);
-        self.fill(&coefficients, &mut normal);
-        normal
-    }
-
-    /// Returns the weighted sum of squared constraints at a pose, `e^T M e`.
-    #[inline(never)]
-    pub(crate) fn cost_at(
-        &self,
-        frame: &RectifyingRotations<T>,
-        pose: &RectifyingRotations<T>,
-    ) -> T {
-        let mut coefficients = Coefficients::NONE;
-        coefficients.add(frame, pose);
-        dot(&coefficients.of_offset, &self.times_without_lens(&coefficients.of_offset))
-    }
-
     /// Fills `H_ik = d_i^T M d_k` and `g_i = d_i^T M e`, minus `slope_i` for the rotation. Out of line, to free the
     /// caller's stack.
     #[inline(never)]
-    fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
+    pub(super) fn fill(&self, coefficients: &Coefficients<T>, normal: &mut NormalEquations<T>) {
         let Coefficients { by_unknown, of_offset } = coefficients;
         let pull = self.times_without_lens(of_offset);
         let [x, y, z, ..] = self.slope;

@@ -196,13 +196,13 @@ mod tests {
         let ((equations, response), mut sums) = (prior(), Moments::ZERO);
         sums.set_prior(&equations, &response, 7.0);
         let rig = pose([0.02, -0.01, 0.03], [0.05, -0.04]);
-        for found in [sums.biased_at_frame(), sums.biased_at_pose(&rig, &rig)] {
+        for found in [sums.biased_at_frame(), sums.in_frame_of(&rig).biased_at(&rig)] {
             let off = found.minus(&equations);
             assert!(off.normal.information.0.0.iter().all(|x| x.abs() < 1e-4), "{off:?}");
             assert!(off.noise.0.iter().all(|x| x.abs() < 1e-9), "{off:?}");
             assert!(off.normal.gradient.amax() < 1e-4, "{off:?}");
         }
-        assert!((sums.cost_at(&rig, &rig) - 7.0).abs() < 1e-9);
+        assert!((sums.in_frame_of(&rig).cost_at(&rig) - 7.0).abs() < 1e-9);
         let mut again = Response::ZERO;
         again.set(&sums, &equations.normal.information, 0.0).unwrap();
         for (a, b) in again.0.iter().flatten().zip(response.0.iter().flatten()) {

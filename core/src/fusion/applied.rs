@@ -35,7 +35,6 @@ impl<T: Scalar> ChangeInUse<'_, T> {
     /// * `best`: the estimate as a calibration; `deviations`: its standard deviations if the given lens is exact, and
     ///   with an uncertain lens, rad.
     /// * `doubted`: whether the image halves disagree with exact lens models.
-    #[inline(never)]
     pub(super) fn applicable(
         &self,
         estimate: &WithLens<T>,
@@ -130,6 +129,7 @@ impl<T: Scalar> ChangeInUse<'_, T> {
 
     /// Returns the pose of a calibration as rows show it, with the yaw of the lens between the fused rows and the mount.
     /// `None` if that yaw is too large.
+    #[inline(never)]
     fn rows_of(&self, calibration: &CorrectedExtrinsics<T>) -> Option<RowsPose<T>> {
         let of_rows = |mount| self.hypothesis.yaw(self.context) - mount;
         MountPose::from(&calibration.extrinsics).with_lens(self.yaw.mount.map_or(T::ZERO, of_rows))

@@ -12,6 +12,7 @@ use nalgebra::Vector5;
 
 use super::image_halves::ImageHalves;
 use super::optimum::Optimum;
+use crate::algebra::framed_moments::FramedMoments;
 use crate::algebra::information::Information;
 use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
@@ -114,7 +115,7 @@ impl<T: Scalar> Hypothesis<T> {
     ) -> Result<(), Rejection> {
         update.pair = measurement.moments;
         update.optimum.pose = measurement.pose;
-        update.optimum.descend(&update.pair, &measurement.pose, context)
+        update.optimum.descend(update.pair.in_frame_of(&measurement.pose), context)
     }
 
     /// Begins an empty hypothesis with a first pair.
@@ -163,7 +164,7 @@ impl<T: Scalar> Hypothesis<T> {
         sums.scale(context.fading(self.pairs));
         sums.add(pair);
         optimum.pose = self.pose;
-        optimum.descend(&sums, &self.frame, context)
+        optimum.descend(sums.in_frame_of(&self.frame), context)
     }
 
     /// Applies an update.
@@ -245,7 +246,7 @@ impl<T: Scalar> Hypothesis<T> {
         context: &Context<'_, T>,
     ) -> bool {
         let mut optimum = Optimum { pose: self.pose, ..Optimum::NONE };
-        if optimum.descend(sums, &self.frame, context).is_err() {
+        if optimum.descend(sums.in_frame_of(&self.frame), context).is_err() {
             return false;
         }
         let moved = self.pose.unknowns_to(&optimum.pose);
@@ -292,7 +293,12 @@ impl<T: Scalar> Hypothesis<T> {
     /// Returns the normal equations at the pose, from sums in the frame of the hypothesis. They include the noise of
     /// disparities.
     pub(super) fn normal_equations(&self, sums: &Moments<T>) -> NormalEquations<T> {
-        sums.at_pose(&self.frame, &self.pose)
+        sums.in_frame_of(&self.frame).at(&self.pose)
+    }
+
+    /// Returns the sums with their frame.
+    fn framed_sums(&self) -> FramedMoments<'_, T> {
+        self.sums.in_frame_of(&self.frame)
     }
 
     /// Returns the number of pairs in the sums.
@@ -346,7 +352,7 @@ impl<T: Scalar> Hypothesis<T> {
         other: &RectifyingRotations<T>,
     ) -> bool {
         let cost = |pose: &RectifyingRotations<T>| {
-            Some(self.sums.cost_at(&self.frame, &self.pose_at_rest(pose)?))
+            Some(self.framed_sums().cost_at(&self.pose_at_rest(pose)?))
         };
         let [one, other] = [one, other].map(cost);
         one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))

@@ -3,8 +3,8 @@
 
 use nalgebra::Vector5;
 
+use crate::algebra::framed_moments::FramedMoments;
 use crate::algebra::information::Information;
-use crate::algebra::moments::Moments;
 use crate::algebra::normal_equations::NormalEquations;
 use crate::config::Context;
 use crate::error::Rejection;
@@ -26,8 +26,6 @@ impl<T: Scalar> Optimum<T> {
 
     /// Descends from the current pose to the optimum in at most [`OPTIMUM_STEPS`] steps.
     ///
-    /// * `frame`: pose whose rectified frame is the frame of the moments.
-    ///
     /// # Errors
     /// [`Rejection::NoRig`]: there is no admissible step, the steps end far from the optimum, or the optimum cannot be
     /// rectified.
@@ -35,19 +33,18 @@ impl<T: Scalar> Optimum<T> {
     #[inline(never)]
     pub(super) fn descend(
         &mut self,
-        sums: &Moments<T>,
-        frame: &RectifyingRotations<T>,
+        sums: FramedMoments<'_, T>,
         context: &Context<'_, T>,
     ) -> Result<(), Rejection> {
         for _ in 0..OPTIMUM_STEPS {
-            let normal = self.equations(sums, frame, context);
+            let normal = self.equations(sums, context);
             let step = self.take_step(&normal).ok_or(Rejection::NoRig)?;
             if is_last(&step, &normal) {
                 return context.check(&self.pose);
             }
         }
         // The last step was not small, so the information must be computed again at the final pose.
-        let normal = self.equations(sums, frame, context);
+        let normal = self.equations(sums, context);
         if are_at_optimum(&normal) { context.check(&self.pose) } else { Err(Rejection::NoRig) }
     }
 
@@ -63,11 +60,10 @@ impl<T: Scalar> Optimum<T> {
     #[inline(always)]
     fn equations(
         &mut self,
-        sums: &Moments<T>,
-        frame: &RectifyingRotations<T>,
+        sums: FramedMoments<'_, T>,
         context: &Context<'_, T>,
     ) -> NormalEquations<T> {
-        let mut normal = sums.debiased_at_pose(frame, &self.pose);
+        let mut normal = sums.debiased_at(&self.pose);
         self.information = normal.information;
         context.add_prior(&self.pose, &mut normal);
         normal
@@ -108,8 +104,8 @@ mod tests {
         };
         for (off, gap) in [(1e-4, 1e-3), (0.2, 1e-12)] {
             let mut optimum = from(off);
-            assert_eq!(optimum.descend(&sums, &frame, &context), Ok(()));
-            let at_pose = sums.debiased_at_pose(&frame, &optimum.pose).information;
+            assert_eq!(optimum.descend(sums.in_frame_of(&frame), &context), Ok(()));
+            let at_pose = sums.in_frame_of(&frame).debiased_at(&optimum.pose).information;
             for (kept, exact) in optimum.information.0.0.iter().zip(at_pose.0.0) {
                 assert!(
                     (kept - exact).abs() <= gap * exact.abs().max(1e3),
@@ -117,7 +113,7 @@ mod tests {
                 );
             }
         }
-        assert_eq!(from(0.3).descend(&sums, &frame, &context), Err(Rejection::NoRig));
+        assert_eq!(from(0.3).descend(sums.in_frame_of(&frame), &context), Err(Rejection::NoRig));
     }
 
     #[test]

@@ -283,7 +283,7 @@ impl<T: Scalar> PairMeasurement<T> {
     /// Returns the normal equations at any pose from the moments, exact for frozen weights. They include the noise of
     /// disparities.
     pub(crate) fn biased_at(&self, pose: &RectifyingRotations<T>) -> BiasedEquations<T> {
-        self.moments.biased_at_pose(&self.pose, pose)
+        self.moments.in_frame_of(&self.pose).biased_at(pose)
     }
 
     /// Returns a share of the equations of [`Self::biased_at`], without the noise of disparities.

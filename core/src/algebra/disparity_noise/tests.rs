@@ -80,7 +80,7 @@ fn at_infinity_all_information_on_the_baseline_is_noise_at_any_pose() {
     for step in [[0.0, 0.0], [0.2, 0.0], [0.0, -0.3], [-0.15, 0.1]] {
         let [y, z] = step;
         let at = frame.stepped_by(&Vector5::new(0.0, 0.0, 0.0, y, z)).unwrap();
-        let BiasedEquations { normal, noise } = sums.biased_at_pose(&frame, &at);
+        let BiasedEquations { normal, noise } = sums.in_frame_of(&frame).biased_at(&at);
         let whole = baseline(&normal.information.matrix());
         let size = whole[0].max(whole[2]);
         for (all, noise) in whole.iter().zip(noise.0) {
@@ -99,7 +99,7 @@ fn the_noise_in_another_frame_is_that_at_its_pose() {
     let sums = noisy(&frame, 3.0);
     let mut moved = sums;
     moved.change_frame(&frame, &other);
-    let (there, here) = (sums.biased_at_pose(&frame, &other), moved.biased_at_frame());
+    let (there, here) = (sums.in_frame_of(&frame).biased_at(&other), moved.biased_at_frame());
     let size = there.normal.information.matrix().amax();
     assert!(
         (there.normal.information.matrix() - here.normal.information.matrix()).amax()

@@ -98,7 +98,7 @@ fn normal_equations_at_any_pose_match_the_sum_over_the_matches() {
         let step = Vector5::new(1.0, -0.7, 0.4, 0.9, -0.5) * step;
         let pose = frame.stepped_by(&step).unwrap();
         let [information, gradient] =
-            gap(&sums.at_pose(&frame, &pose), &direct(&scene, &frame, &pose));
+            gap(&sums.in_frame_of(&frame).at(&pose), &direct(&scene, &frame, &pose));
         // The gap of the gradient is in standard deviations; the residuals reach 1e3 of them.
         assert!(information < 1e-8 && gradient < 1e-6, "{step} {information:e} {gradient:e}");
     }
@@ -128,7 +128,7 @@ fn added_sums_are_the_sums_over_all_matches() {
     let mut other = sums(rest);
     other.set_gradient(&Vector5::new(30.0, 20.0, 10.0, 5.0, 1.0));
     added.add(&other);
-    let joint = added.at_pose(&frame, &frame);
+    let joint = added.in_frame_of(&frame).at(&frame);
     let [information, _] = gap(&joint, &direct(&all, &frame, &frame));
     assert!(information < 1e-8, "{information:e}");
     let expected = Vector5::new(31.0, 22.0, 13.0, 9.0, 6.0);
@@ -142,10 +142,11 @@ fn a_gradient_that_is_set_holds_at_the_frame_and_its_offset_by_the_baseline_turn
     let plain = moments;
     let set = Vector5::new(1e3, -2e3, 3e3, -40.0, 50.0);
     moments.set_gradient(&set);
-    let got = moments.at_pose(&frame, &frame).gradient;
+    let got = moments.in_frame_of(&frame).at(&frame).gradient;
     assert!((got - set).amax() < 1e-8, "{got}");
-    let shift =
-        |pose: &Pose| moments.at_pose(&frame, pose).gradient - plain.at_pose(&frame, pose).gradient;
+    let shift = |pose: &Pose| {
+        moments.in_frame_of(&frame).at(pose).gradient - plain.in_frame_of(&frame).at(pose).gradient
+    };
     let other = frame.stepped_by(&Vector5::repeat(0.02)).unwrap();
     let (here, there) = (shift(&frame), shift(&other));
     let by_rotation = |shift: Vector5<f64>| shift.fixed_rows::<3>(0).into_owned();
@@ -161,7 +162,7 @@ fn a_gradient_that_is_set_holds_at_the_frame_and_its_offset_by_the_baseline_turn
     assert!((there - here).amax() > 1e-3 * here.amax());
     // Setting the gradient again replaces the offset.
     moments.set_gradient(&set);
-    assert!((moments.at_pose(&frame, &frame).gradient - got).amax() < 1e-8);
+    assert!((moments.in_frame_of(&frame).at(&frame).gradient - got).amax() < 1e-8);
 }
 
 #[test]
@@ -181,8 +182,8 @@ fn f32_matches_f64_to_a_thousandth_of_a_standard_deviation_at_disparities_of_1_p
         let exact = far.iter().map(|(w, a, b)| (f64::from(*w), a.map(f64::from), b.map(f64::from)));
         let exact = sums(&exact.collect::<Vec<_>>());
         let at = frame.stepped_by(&Vector5::new(1.0, -1.0, 1.0, 1.0, -1.0).scale(1e-4)).unwrap();
-        let got = sums(&far).at_pose(&single(&frame), &single(&at));
-        let [information, gradient] = gap(&got, &exact.at_pose(&frame, &at));
+        let got = sums(&far).in_frame_of(&single(&frame)).at(&single(&at));
+        let [information, gradient] = gap(&got, &exact.in_frame_of(&frame).at(&at));
         worst = [worst[0].max(information), worst[1].max(gradient)];
     }
     assert!(worst[0] < 1e-4 && worst[1] < 1e-3, "{worst:?}");
@@ -214,6 +215,6 @@ fn each_of_the_twenty_expressions_at_the_frame_matches_central_differences_and_t
     for (k, (ours, numeric)) in all(sums.at_frame()).zip(numeric).enumerate() {
         assert!((ours - numeric).abs() < 1e-10, "expression {k}: {ours} {numeric}");
     }
-    let [information, gradient] = gap(&sums.at_frame(), &sums.at_pose(&frame, &frame));
+    let [information, gradient] = gap(&sums.at_frame(), &sums.in_frame_of(&frame).at(&frame));
     assert!(information < 1e-14 && gradient < 1e-13, "{information:e} {gradient:e}");
 }

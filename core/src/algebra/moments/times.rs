@@ -43,7 +43,7 @@ impl<T: Scalar> Moments<T> {
     /// registers.
     #[rustfmt::skip]
     #[inline(never)]
-    pub(super) fn times_without_lens(&self, x: &Vector12<T>) -> Vector12<T> {
+    pub(in crate::algebra) fn times_without_lens(&self, x: &Vector12<T>) -> Vector12<T> {
         let m = &self.products;
         let [a, b, c, d, e, f, g, h, i, ..] = *x;
         let mut y = [T::ZERO; COORDINATES];

@@ -21,8 +21,8 @@ impl<T: Scalar> Hypothesis<T> {
         mut equations: LensEquations<'_, T>,
     ) -> BiasedEquations<T> {
         let pose = &self.pose_at_rest(&self.pose).unwrap_or(self.pose);
-        self.sums.fill_lens(&self.frame, pose, equations.reborrow());
-        let mut biased = self.sums.biased_at_pose(&self.frame, pose);
+        self.framed_sums().fill_lens(pose, equations.reborrow());
+        let mut biased = self.framed_sums().biased_at(pose);
         if let Some(marginal) = self.mode.marginal() {
             let mean = marginal.variances.scaled(T::ONE / T::count(self.pairs.max(1)));
             equations.marginalise(&mean, &mut biased);
@@ -109,7 +109,7 @@ impl<T: Scalar> Hypothesis<T> {
         let across = Vector5::new(T::ZERO, T::ZERO, T::ZERO, to_target.w, to_target.a);
         let mut normal = match self.mode.marginal() {
             Some(marginal) => marginal.sum,
-            None => self.sums.at_pose(&self.frame, pose),
+            None => self.framed_sums().at(pose),
         };
         context.add_prior(pose, &mut normal);
         Some(normal.about(&across).rotation_only().step()? + across)

@@ -129,7 +129,7 @@ impl<T: Scalar> Hypothesis<T> {
         sums: &Moments<T>,
         variances: &BlockVariances<T>,
     ) -> Option<RectifyingRotations<T>> {
-        let normal = sums.debiased_at_pose(&self.frame, &self.pose);
+        let normal = sums.in_frame_of(&self.frame).debiased_at(&self.pose);
         let factor = variances.with_precision(&normal.information).factor(T::ZERO)?;
         self.pose.stepped_by(&-factor.solve(&normal.gradient))
     }
@@ -146,7 +146,7 @@ impl<T: Scalar> Hypothesis<T> {
         let Update { mode, optimum, .. } = update;
         let mut marginal = match self.mode {
             Mode::Rigid => {
-                let sum = self.sums.debiased_at_pose(&self.frame, &self.pose);
+                let sum = self.framed_sums().debiased_at(&self.pose);
                 MarginalSums::start(&sum, self.pairs, &now)?
             }
             Mode::Vibrating(mut marginal) | Mode::Turning(mut marginal) => {

@@ -279,7 +279,7 @@ fn fit_to_baseline_in_use(seed: u64) -> Option<[bool; 3]> {
     let rows = RectifyingRotations::from(&in_use).into();
     let fit = hypothesis.with_baseline_of(&rows, in_use.translation(), &context)?;
     let [found, in_use] = [&fit, &in_use].map(RectifyingRotations::from);
-    let cost = |pose: &_| hypothesis.sums.cost_at(&hypothesis.frame, pose);
+    let cost = |pose: &_| hypothesis.sums.in_frame_of(&hypothesis.frame).cost_at(pose);
     let prior = |pose: &RectifyingRotations<f64>| {
         context.prior * pose.unknowns_to(&context.factory_pose).norm_squared()
     };
@@ -337,7 +337,7 @@ pub(super) fn at(turned: f64, seed: u64) -> EvaluatedPose<f64> {
 /// corresponds to the estimate.
 fn optimum_of_sums_off_estimate(hypothesis: &Hypothesis<f64>) -> f64 {
     let pose = hypothesis.pose_at_rest(hypothesis.pose()).unwrap();
-    let step = hypothesis.sums.debiased_at_pose(&hypothesis.frame, &pose).step().unwrap();
+    let step = hypothesis.sums.in_frame_of(&hypothesis.frame).debiased_at(&pose).step().unwrap();
     step[0].abs()
 }
 
