@@ -115,6 +115,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Passes the estimate as a prior to `write`.
+    // Split into several functions, so that neither the prior nor the record is on the stack while the lens is
+    // solved.
     #[inline(never)]
     pub(crate) fn learn<R>(&self, write: &mut dyn FnMut(&mut Learned<T>) -> R) -> R {
         let lens = self.learned_lens();
@@ -211,6 +213,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         if found { self.take_up(&learned).map(|()| true) } else { Ok(false) }
     }
 
+    // A separate function, so that the record and these values are never on the stack together.
     #[inline(never)]
     fn take_up(&mut self, learned: &Learned<T>) -> Result<(), RestoreError> {
         let context = context(&self.config, &self.factory, &self.fusion);

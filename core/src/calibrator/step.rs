@@ -121,7 +121,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             return self.unsolved(fused.err().unwrap_or(Rejection::NotBegun));
         }
         self.step = Step::Ended;
-        let mut outcome = Outcome { pair: self.report(), fused };
+        let mut outcome = self.outcome(fused);
         self.judge(outcome.pair.as_ref());
         self.finish(&mut outcome.fused);
         outcome
@@ -143,10 +143,12 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         }
     }
 
-    /// Returns the report of the solved pair.
+    /// Returns the outcome of the solved pair.
+    // Out of line, so that the report is written in place.
     #[inline(never)]
-    fn report(&self) -> Option<PairReport<T>> {
-        self.fusion.report(&context(&self.config, &self.factory, &self.fusion))
+    fn outcome(&self, fused: Result<Fused, Rejection>) -> Outcome<T> {
+        let context = context(&self.config, &self.factory, &self.fusion);
+        Outcome { pair: self.fusion.report(&context), fused }
     }
 
     /// Ends a pair that could not be solved, and counts the mistake that it shows, unless the calibrator is frozen.

@@ -268,7 +268,7 @@ impl<T: Scalar> Association<T> {
         }
     }
 
-    /// Replaces the solver by an empty evaluation. Out of line, to keep the new value off the caller's stack.
+    /// Replaces the solver by an empty evaluation.
     #[inline(never)]
     fn clear_evaluation(&mut self) {
         self.task = Task::Evaluated(Next::Refused, EvaluatedPose::NONE);

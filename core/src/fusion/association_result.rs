@@ -51,8 +51,8 @@ impl<T: Scalar> AssociationResult<'_, T> {
         }
     }
 
-    /// Returns the yaw of the pair alone, at its optimum as in [`Self::report`], with the variance of its noise. `None`
-    /// if there is no valid optimum.
+    /// Returns the yaw of the pair alone, at [`Self::optimum`], with the variance of its noise. `None` if
+    /// there is no valid optimum.
     #[inline(never)]
     pub(super) fn yaw(&self, context: &Context<'_, T>) -> Option<RowsYaw<T>> {
         let PairMeasurement { pose, moments, .. } = &self.evaluated.measurement;

@@ -29,16 +29,17 @@ impl<T: Scalar> Fusion<T> {
     ) -> Option<Proposal<T>> {
         let hypothesis = self.hypotheses.reported()?;
         let covariance = hypothesis.reported_covariance(context)?;
-        let with_lens = self.with_lens(hypothesis, &covariance, context);
+        // The estimate is borrowed: moving it out of the option would take its stack space twice.
+        let mut estimate = self.with_lens(hypothesis, &covariance, context);
+        let estimate = estimate.as_mut()?;
         // An uncertain lens cannot reduce a variance. An estimate in which it reduces one to less than half is
         // numerically wrong, and is not reported.
-        let WithLens { covariance: wide, .. } = with_lens.as_ref()?;
-        let mut variances = wide.diagonal().into_iter().zip(covariance.diagonal());
+        let mut variances = estimate.covariance.diagonal().into_iter().zip(covariance.diagonal());
         if !variances.all(|(wide, given)| wide * T::lit(2.0) >= given) {
             return None;
         }
-        let of_mount = self.of_mount(with_lens.as_ref()?, context);
-        self.propose(hypothesis, &covariance, &of_mount, context, in_use)
+        let yaw = self.separate_lens(estimate, context);
+        self.propose(hypothesis, &covariance, (estimate, &yaw), context, in_use)
     }
 
     /// Returns the reported and the applied part of an estimate. Out of line, like [`Self::concluded`], because the
@@ -50,11 +51,10 @@ impl<T: Scalar> Fusion<T> {
         &self,
         hypothesis: &Hypothesis<T>,
         covariance: &Symmetric5<T>,
-        of_mount: &OfMount<T>,
+        (estimate, yaw): (&WithLens<T>, &ReportedYaw<T>),
         context: &Context<'_, T>,
         in_use: &CorrectedExtrinsics<T>,
     ) -> Option<Proposal<T>> {
-        let OfMount { estimate, yaw } = of_mount;
         let WithLens { pose, covariance: wide, correction, found } = estimate;
         let [sd, sd_lens] = [covariance, wide].map(StandardDeviations::of);
         if !(sd.is_finite() && sd_lens.is_finite()) {
@@ -127,10 +127,13 @@ impl<T: Scalar> Fusion<T> {
         WithLens { pose: compensated, covariance: wide, correction, found }
     }
 
-    /// Returns the estimate, and splits the yaw that the rows show into the yaw of the mount and the apparent yaw of
-    /// the lens.
-    fn of_mount(&self, with_lens: &WithLens<T>, context: &Context<'_, T>) -> OfMount<T> {
-        let mut estimate = *with_lens;
+    /// Splits the yaw that the rows show into the yaw of the mount and the apparent yaw of the lens, and returns both.
+    /// The covariance then belongs to the pose with the yaw of the mount.
+    fn separate_lens(
+        &self,
+        estimate: &mut WithLens<T>,
+        context: &Context<'_, T>,
+    ) -> ReportedYaw<T> {
         let [_, variance, ..] = estimate.covariance.diagonal();
         let rows = RowsYaw { turn: estimate.pose.yaw(context), variance };
         let yaw = self.mount.reported(&rows, context);
@@ -138,7 +141,7 @@ impl<T: Scalar> Fusion<T> {
         // unknowns, which the rows determine.
         let gain = if yaw.mount.is_some() { T::ZERO } else { T::ONE };
         estimate.covariance.set_yaw(gain, yaw.variance);
-        OfMount { estimate, yaw }
+        yaw
     }
 
     /// Returns the pose for the compensated lens. `None` if the lens is not compensated, or if the pose exceeds the
@@ -157,15 +160,7 @@ impl<T: Scalar> Fusion<T> {
     }
 }
 
-/// The estimate with the yaw of the mount.
-struct OfMount<T: Scalar> {
-    /// The covariance belongs to the pose with the yaw of the mount.
-    estimate: WithLens<T>,
-    yaw: ReportedYaw<T>,
-}
-
 /// The estimate with an uncertain lens.
-#[derive(Clone, Copy)]
 pub(super) struct WithLens<T: Scalar> {
     pub(super) pose: RowsPose<T>,
     /// Covariance of the pose, rad^2.

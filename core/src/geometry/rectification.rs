@@ -93,7 +93,7 @@ impl<T: Scalar> RectifyingRotations<T> {
     ///   `(0, baseline_z, -baseline_y)` in the rectified frame.
     ///
     /// `None` if a view turns by more than 1.5 rad, or if the step moves the baseline to within 6 degrees of the right
-    /// optical axis. Out of line, so that its temporaries are not on the caller's stack.
+    /// optical axis.
     #[inline(never)]
     pub(crate) fn stepped(&self, rotation: &Vector3<T>, baseline: &Vector2<T>) -> Option<Self> {
         let right = Vector3::new(baseline.y * self.gauge_slope(), baseline.x, baseline.y);

@@ -42,6 +42,7 @@ impl<T: Scalar> Evidence<'_, T> {
     /// solved, or without an estimate.
     ///
     /// * `pair`: report of the pair; `None` if it could not be solved.
+    // Out of line, so that its stack is separate from the stack of the proposal.
     #[inline(never)]
     pub(crate) fn judge(
         &self,
