@@ -223,7 +223,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Compares the calibration in use with the estimate over the matches in the batch. These are the matches of the
     /// last pair until the next match is pushed. Takes one pass. `None` without an estimate, or without a match that
     /// fits it.
-    #[inline(never)]
     pub fn details(&self) -> Option<Details<T>> {
         let cameras = &self.factory.cameras;
         let of_image = [cameras.mean_focal(), cameras.right.corner()];
@@ -264,7 +263,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`ApplyError`].
-    #[inline(never)]
     fn applicable(&self) -> Result<CorrectedExtrinsics<T>, ApplyError> {
         if !self.fusion.has_pairs() {
             return Err(ApplyError::NoProposal);

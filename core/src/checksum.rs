@@ -58,7 +58,6 @@ pub(crate) fn of_record(bytes: &[u8]) -> u32 {
 }
 
 /// Returns the register after half a byte.
-#[inline(never)]
 fn after_half(register: u32, half: u8) -> u32 {
     let place = usize::from((low(register) ^ half) & 15);
     register >> 4 ^ AFTER_HALF.get(place).copied().unwrap_or(0)

@@ -30,7 +30,6 @@ impl<T: Scalar> BlockVariances<T> {
     }
 
     /// Returns both variances, each at least [`VIBRATION_RAD`] squared.
-    #[inline(never)]
     pub(crate) fn at_least_rigid(&self) -> Self {
         self.map(|variance| variance.max(T::lit(VIBRATION_RAD * VIBRATION_RAD)))
     }
@@ -114,7 +113,6 @@ impl<T: Scalar> BlockVariances<T> {
     /// Returns the equations for the mean extrinsics if the optimum of `of` contains the random effect. With the
     /// information `L` of `of`, they have the information `(L^-1 + Q)^-1` and the same optimum. Free directions stay
     /// free. `None` if numbers overflow.
-    #[inline(never)]
     pub(crate) fn marginal(&self, of: &NormalEquations<T>) -> Option<NormalEquations<T>> {
         let factor = self.with_precision(&of.information).factor(T::ZERO)?;
         // (L^-1 + Q)^-1 = L (L + Q^-1)^-1 Q^-1 avoids differences of large numbers.

@@ -33,7 +33,6 @@ impl<T: Scalar> Moments<T> {
     /// elements that this function sets are zero if the sums are not positive or not numbers.
     ///
     /// * `pose`: pose of the frame; `variance`: variance of a coordinate at unit depth, dimensionless.
-    #[inline(never)]
     pub(crate) fn set_noise(&mut self, pose: &RectifyingRotations<T>, variance: T) {
         let axes = [pose.left(), pose.right()].map(|r| r.matrix().data.0[2]);
         let [left, right] = &axes;
@@ -162,7 +161,6 @@ impl<T: Scalar> BiasedEquations<T> {
     /// [`DISPARITY_NOISE_MARGIN`]. The eigenvalues `l` of `L^-1 S L^-T` give the gains `1 - l`, limited to 0 to 1. A
     /// gain is near 1 if disparities far exceed the noise. Equations with a free direction are returned with their
     /// noise.
-    #[inline(never)]
     pub(crate) fn debiased(&self) -> NormalEquations<T> {
         let Some(factor) = self.normal.information.0.factor(T::ZERO) else {
             return self.normal;

@@ -105,7 +105,6 @@ pub(crate) fn largest_direction<T: Scalar>(covariance: &Symmetric5<T>) -> (T, Ve
 
 /// Returns the largest eigenvalue of a positive definite map and its unit eigenvector, by a fixed number of power
 /// iterations. In usual scenes the start vector is not orthogonal to this eigenvector.
-#[inline(never)]
 fn dominant<T: Scalar>(map: &dyn Fn(&Vector5<T>) -> Vector5<T>) -> (T, Vector5<T>) {
     let start = Vector5::new(1.0, -0.9, 0.8, 1.1, -1.2).map(T::lit);
     (0..POWER_ITERATIONS).fold((T::ZERO, start), |(_, v), _| {

@@ -65,7 +65,6 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// Adds other sums in the same frame.
-    #[inline(never)]
     pub(crate) fn add(&mut self, other: &Self) {
         self.products.iter_mut().zip(&other.products).for_each(|(a, b)| *a += *b);
         self.slope.iter_mut().zip(&other.slope).for_each(|(a, b)| *a += *b);
@@ -80,7 +79,6 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// Returns whether every sum is finite.
-    #[inline(never)]
     pub(crate) fn is_finite(&self) -> bool {
         let Self { products, slope, noise } = self;
         products.iter().chain(slope).chain(noise).all(nalgebra::ComplexField::is_finite)
@@ -151,7 +149,6 @@ impl<T: Scalar> Coefficients<T> {
         Self { of_offset: [T::ZERO; COORDINATES], by_unknown: [[T::ZERO; COORDINATES]; 5] };
 
     /// Adds the coefficients at `pose`, for products in the rectified frame of `frame`.
-    #[inline(never)]
     pub(super) fn add(&mut self, frame: &RectifyingRotations<T>, pose: &RectifyingRotations<T>) {
         // Columns: the rectified axes of `pose`, expressed in the rectified frame of `frame`. `left` converts through
         // the frame of the left camera, `right` through that of the right one.

@@ -51,7 +51,6 @@ impl<T: Scalar> NormalEquations<T> {
     }
 
     /// Returns the model of the sum of both costs.
-    #[inline(never)]
     pub(crate) fn plus(&self, other: &Self) -> Self {
         let mut sum = *self;
         sum.add(other);

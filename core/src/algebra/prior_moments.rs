@@ -80,7 +80,6 @@ impl<T: Scalar> Response<T> {
     /// `e`: the covariance `H^-1 + e e^T / m` has the information `H - H e e^T H / (m + s)`, which remains positive
     /// definite, and in which the sum of the column is below `m`. This is an error of a coordinate of `m^-1/2`, far
     /// below the errors of a lens.
-    #[inline(never)]
     pub(crate) fn weaken(&self, information: &mut Information<T>) {
         for _ in 0..WEAKENING_ROUNDS {
             let [weights, ..] = information.0.diagonal();
@@ -138,7 +137,6 @@ impl<T: Scalar> Moments<T> {
     ///
     /// * `of`: equations about the pose, with their noise of disparities; `response`: free columns of `E`; `squares`:
     ///   weighted sum of squared constraints, dimensionless.
-    #[inline(never)]
     pub(crate) fn set_prior(
         &mut self,
         of: &BiasedEquations<T>,
@@ -162,7 +160,6 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// Returns the column of `D^T M` for one coordinate, in the frame of the sums.
-    #[inline(never)]
     fn by_unknowns(&self, coordinate: usize) -> Vector5<T> {
         let mut unit = [T::ZERO; COORDINATES];
         if let Some(one) = unit.get_mut(coordinate) {

@@ -117,7 +117,6 @@ impl<T: Scalar> Symmetric5<T> {
 
     /// Returns the difference of two matrices.
     #[must_use]
-    #[inline(never)]
     pub(crate) fn minus(mut self, other: &Self) -> Self {
         self.0.iter_mut().zip(&other.0).for_each(|(a, b)| *a -= *b);
         self

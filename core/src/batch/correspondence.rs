@@ -214,7 +214,6 @@ impl<T: Scalar> Cameras<T> {
     /// Checks each value, and returns the reason for a refusal. It also accepts the rare valid values that the
     /// comparison of bits in [`Self::check`] does not: -0, and pixel coordinates from -1 to 0.
     #[cold]
-    #[inline(never)]
     fn check_each(&self, c: &Correspondence<T>) -> Result<(), PushError> {
         if !(c.score >= T::ZERO && c.score <= T::ONE) {
             return Err(PushError::Score);

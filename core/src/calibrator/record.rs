@@ -109,7 +109,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Returns the place of the estimate that a record keeps; `None` without such an estimate.
-    #[inline(never)]
     pub(crate) fn place(&self) -> Option<Place<T>> {
         self.fusion.place(&context(&self.config, &self.factory, &self.fusion))
     }
@@ -146,7 +145,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Writes the record of [`Calibrator::snapshot`].
-    #[inline(never)]
     pub(crate) fn write_snapshot(&self, learned: &mut Learned<T>, record: &mut [u8]) {
         let (before, relief) = (self.before.is_some(), self.relief.is_shown());
         let flags = [before, self.frozen, learned.knows_mount, relief];
@@ -183,7 +181,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// As [`Calibrator::restore`].
-    #[inline(never)]
     pub(crate) fn restore_by(
         &mut self,
         read: &mut Read<'_, Self, T>,
@@ -200,7 +197,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         found
     }
 
-    #[inline(never)]
     fn has_lens(&self) -> bool {
         self.fusion.has_lens(&context(&self.config, &self.factory, &self.fusion))
     }
@@ -227,7 +223,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// As [`Calibrator::restore`].
-    #[inline(never)]
     pub(crate) fn read(
         &mut self,
         record: &[u8],
@@ -263,7 +258,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     }
 
     /// Reads a calibration that is or was in use.
-    #[inline(never)]
     fn read_calibration(
         &self,
         context: &Context<'_, T>,

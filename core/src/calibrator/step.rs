@@ -168,7 +168,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     /// Forms the verdict after a pair.
     ///
     /// * `pair`: report of the pair; `None` if it could not be solved.
-    #[inline(never)]
     fn judge(&mut self, pair: Option<&PairReport<T>>) {
         // The proposal is borrowed: moving it out of the option would take its stack space twice.
         let proposal = self.proposal();

@@ -33,7 +33,6 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
     ///
     /// # Errors
     /// [`RangeError`]; the estimate is unchanged.
-    #[inline(never)]
     pub fn push_range(&mut self, reading: &RangeReading<T>) -> Result<Witnessed, RangeError> {
         let baseline_m = self.factory.baseline_m.map(T::single).ok_or(RangeError::NoBaseline)?;
         if !reading.is_valid() {

@@ -113,7 +113,6 @@ impl<T: Scalar> MountYaw<T> {
     /// Adds the yaw of one more pair. Does nothing while nothing but rows has measured the mount.
     ///
     /// * `pair`: yaw of the pair alone, with the variance of its noise.
-    #[inline(never)]
     pub(crate) fn add(&mut self, pair: &RowsYaw<T>, context: &Context<'_, T>) {
         let (_, var_lens) = context.yaw_variances();
         // The scatter of the pairs contains that of the scenes.

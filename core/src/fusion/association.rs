@@ -124,7 +124,6 @@ impl<T: Scalar> Association<T> {
     /// * `moved`: motion of the scene of the batch since the key frame.
     /// * `turn`: turn of the baseline to try first. The turn is not tried if most matches fit the challenger, or if the
     ///   configuration allows too few passes.
-    #[inline(never)]
     pub(super) fn open(
         &mut self,
         with: &AssociationContext<'_, T>,
@@ -269,7 +268,6 @@ impl<T: Scalar> Association<T> {
     }
 
     /// Replaces the solver by an empty evaluation.
-    #[inline(never)]
     fn clear_evaluation(&mut self) {
         self.task = Task::Evaluated(Next::Refused, EvaluatedPose::NONE);
     }
@@ -282,7 +280,6 @@ impl<T: Scalar> Association<T> {
     /// # Errors
     /// As [`AssociationContext::check`]; [`Rejection::NoConsensus`] also if a turned baseline has most of the points
     /// that fit not clearly in front of the cameras.
-    #[inline(never)]
     fn decide(&mut self, start: Start, with: &AssociationContext<'_, T>) -> Result<(), Rejection> {
         let AssociationContext { context, hypotheses } = *with;
         let Task::Evaluated(next, evaluated) = &mut self.task else {
@@ -394,7 +391,6 @@ impl<T: Scalar> AssociationContext<'_, T> {
     }
 
     /// Returns the mean truncated cost of a pose, 0 to 1.
-    #[inline(never)]
     fn cost(&self, pose: &RectifyingRotations<T>, pairs: &[RayPair<T>]) -> T {
         let limit = T::lit(TRUNCATED_PX) / self.context.focal;
         let cost = |pair: &RayPair<T>| {

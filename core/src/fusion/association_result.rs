@@ -76,7 +76,6 @@ impl<T: Scalar> AssociationResult<'_, T> {
     }
 
     /// Returns the report of the pair alone, at its optimum. `None` if there is no valid optimum.
-    #[inline(never)]
     pub(super) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         let EvaluatedPose { measurement, stats, .. } = self.evaluated;
         let focal = context.focal;

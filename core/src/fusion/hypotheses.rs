@@ -376,7 +376,6 @@ impl<T: Scalar> Hypotheses<T> {
 
     /// Starts a champion from a prior. The estimate is suspect until a pair supports it. Returns whether the optimum of
     /// the prior is near its pose.
-    #[inline(never)]
     pub(super) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) -> bool {
         self.make_champion();
         (self.rejected, self.is_confirmed) = (1, false);

@@ -107,7 +107,6 @@ impl<T: Scalar> Hypothesis<T> {
     ///
     /// # Errors
     /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
-    #[inline(never)]
     pub(super) fn first_update(
         measurement: &PairMeasurement<T>,
         context: &Context<'_, T>,
@@ -119,7 +118,6 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Begins an empty hypothesis with a first pair.
-    #[inline(never)]
     pub(super) fn begin(
         &mut self,
         measurement: &PairMeasurement<T>,
@@ -144,7 +142,6 @@ impl<T: Scalar> Hypothesis<T> {
     ///
     /// # Errors
     /// [`Rejection::NoRig`], [`Rejection::CorrectionLimit`].
-    #[inline(never)]
     pub(super) fn next_update(
         &self,
         measurement: &PairMeasurement<T>,
@@ -225,7 +222,6 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Changes the frame of the sums to the pose, because sums lose digits in `f32` if the pose is far from their
     /// frame.
-    #[inline(never)]
     pub(super) fn reframe(&mut self) {
         match self.mode {
             Mode::Rigid | Mode::Vibrating(_) => self.sums.change_frame(&self.frame, &self.pose),
@@ -238,7 +234,6 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Replaces the sums, and moves the estimate to their optimum. Adds this step to the drift, and drops the image
     /// halves; the rig counts as rigid. Returns false, and changes nothing, if the new sums have no admissible optimum.
-    #[inline(never)]
     pub(super) fn replace(
         &mut self,
         sums: &Moments<T>,
@@ -345,7 +340,6 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Returns whether the RMS row offset over the sums at one pose is below [`IMPROVEMENT`] times that at another
     /// pose. False if a pose has no corresponding pose at rest ([`Self::pose_at_rest`]).
-    #[inline(never)]
     fn fits_clearly_better_at(
         &self,
         one: &RectifyingRotations<T>,

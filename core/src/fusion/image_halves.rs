@@ -116,7 +116,6 @@ impl<T: Scalar> ImageHalves<T> {
     /// estimate absorbs is a lens error, which the covariance with an uncertain lens includes. With exact lenses either
     /// half may be right, so the shifts are the distances of both halves from the estimate, each divided by `sqrt 2`:
     /// the sum of their squares is then the mean over the halves.
-    #[inline(never)]
     fn compare(&self, context: &Context<'_, T>) -> (T, [Vector5<T>; 4]) {
         let [all, left, upper] = &self.parts;
         let (mut largest, mut biases) = (T::ZERO, [Vector5::zeros(); 4]);

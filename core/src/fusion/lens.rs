@@ -122,7 +122,6 @@ impl<T: Scalar> HypothesisLens<T> {
     ///
     /// * `given`: covariance of the extrinsics if the given lens is exact, rad^2; `off`: errors of the lens, in the
     ///   order of `values`, that the extrinsics still contain.
-    #[inline(never)]
     pub(super) fn widen(
         &self,
         given: &Symmetric5<T>,
@@ -220,7 +219,6 @@ impl<T: Scalar> HypothesisLens<T> {
     /// the rays.
     ///
     /// * `reference`: lens correction of the rays; `focal`: focal length, px.
-    #[inline(never)]
     pub(super) fn report(&self, reference: &LensCorrection<T>, focal: T) -> LensEstimate<T> {
         let LensValues { column: [column_l, column_r], k1: [k1_l, k1_r], p1, .. } =
             self.values.into();

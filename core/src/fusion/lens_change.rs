@@ -32,7 +32,6 @@ impl<T: Scalar> LensReference<T> {
 
     /// Returns whether the pairs of a hypothesis contradict the knowledge of the lens from dropped sums: the lens has
     /// changed.
-    #[inline(never)]
     pub(super) fn is_contradicted_by(
         &self,
         hypothesis: &Hypothesis<T>,
@@ -76,7 +75,6 @@ impl<T: Scalar> LensReference<T> {
 
     /// Returns the reference with its knowledge replaced by an estimate of the lens that already includes this
     /// knowledge. `None` if the estimate is out of range.
-    #[inline(never)]
     fn knowing(&self, lens: &HypothesisLens<T>) -> Option<Self> {
         let known = self.correction.plus(&lens.difference());
         // Parameters that are held fixed have a variance of 0, and get no weight.
@@ -93,7 +91,6 @@ impl<T: Scalar> LensReference<T> {
     /// doubles this number of pairs. The first restart must divide the standard deviation of `t` by more than
     /// [`COMPENSATION_GAIN`]. A later restart is due if the weights may hide an error of `t` above [`MAX_HIDDEN_LENS`]
     /// times its standard deviation.
-    #[inline(never)]
     pub(super) fn next(
         &self,
         hypothesis: &Hypothesis<T>,

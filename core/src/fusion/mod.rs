@@ -119,7 +119,6 @@ impl<T: Scalar> Fusion<T> {
     /// Returns the lens reference with which to restart. `None` if no restart is due: the configuration does not
     /// compensate the lens ([`LensTracking::Compensate`]), the estimate is not locked or has too few pairs, or a
     /// restart gains nothing.
-    #[inline(never)]
     pub(crate) fn next_reference(&self, context: &Context<'_, T>) -> Option<LensReference<T>> {
         let compensates = context.config.lens_tracking == LensTracking::Compensate;
         let hypothesis = self.hypotheses.champion()?;
@@ -145,7 +144,6 @@ impl<T: Scalar> Fusion<T> {
     ///
     /// # Errors
     /// [`Rejection::TooFew`]: too few correspondences, or too few in front of both cameras. The batch is abandoned.
-    #[inline(never)]
     pub(crate) fn begin(
         &mut self,
         context: &Context<'_, T>,
@@ -175,7 +173,6 @@ impl<T: Scalar> Fusion<T> {
     ///
     /// # Errors
     /// [`Rejection`]; the batch is abandoned. [`Rejection::NotBegun`]: there is no batch.
-    #[inline(never)]
     pub(crate) fn advance(
         &mut self,
         context: &Context<'_, T>,
@@ -216,7 +213,6 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Returns the report of the solved pair; `None` without one, or without a valid optimum.
-    #[inline(never)]
     pub(crate) fn report(&self, context: &Context<'_, T>) -> Option<PairReport<T>> {
         self.association.result()?.report(context)
     }

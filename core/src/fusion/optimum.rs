@@ -30,7 +30,6 @@ impl<T: Scalar> Optimum<T> {
     /// [`Rejection::NoRig`]: there is no admissible step, the steps end far from the optimum, or the optimum cannot be
     /// rectified.
     /// [`Rejection::CorrectionLimit`]: the optimum is beyond the limit.
-    #[inline(never)]
     pub(super) fn descend(
         &mut self,
         sums: FramedMoments<'_, T>,
@@ -49,7 +48,6 @@ impl<T: Scalar> Optimum<T> {
     }
 
     /// Takes one Gauss-Newton step, and returns it, rad. `None` if there is no admissible step.
-    #[inline(never)]
     fn take_step(&mut self, normal: &NormalEquations<T>) -> Option<Vector5<T>> {
         let step = normal.step()?;
         self.pose = self.pose.stepped_by(&step)?;

@@ -69,7 +69,6 @@ impl<T: Scalar> Prior<T> {
     /// prior keep the digits of the information ([`Response::keeps_digits_of`]).
     ///
     /// * `slack`: factor of the limits, for the rounding of a record.
-    #[inline(never)]
     pub(super) fn is_consistent(&self, slack: T) -> bool {
         let Self { equations: BiasedEquations { normal, noise }, response, .. } = self;
         let [forward, mixed, down] = noise.0;
@@ -84,7 +83,6 @@ impl<T: Scalar> Prior<T> {
 
     /// Scales the equations so that no element exceeds [`MAX_INFORMATION`]. They then count as equations of fewer
     /// pairs, with the same optimum.
-    #[inline(never)]
     pub(super) fn limit(&mut self) {
         let BiasedEquations { normal, noise } = &self.equations;
         let elements = normal.information.0.diagonal().into_iter().chain(noise.0);
@@ -191,7 +189,6 @@ impl<T: Scalar> Place<T> {
 
 impl<T: Scalar> Fusion<T> {
     /// Returns the place of the champion; `None` without a champion or without its covariance.
-    #[inline(never)]
     pub(crate) fn place(&self, context: &Context<'_, T>) -> Option<Place<T>> {
         let champion = self.hypotheses.champion()?;
         Some(Place {
@@ -203,7 +200,6 @@ impl<T: Scalar> Fusion<T> {
     }
 
     /// Returns the knowledge of the lens for a record.
-    #[inline(never)]
     pub(crate) fn learned_lens(&self, context: &Context<'_, T>) -> LensReference<T> {
         let champion = self.hypotheses.champion();
         champion

@@ -243,7 +243,6 @@ impl<T: Scalar> VibrationEstimator<T> {
     ///
     /// * `kind`: 0 for first differences, 1 for second differences; `d`: distance, rad; `covariance`: covariance of the
     ///   distance for a rigid rig, rad^2.
-    #[inline(never)]
     fn sample(&mut self, kind: usize, d: &Vector5<T>, covariance: &Symmetric5<T>) {
         let known = self.variances.at_least_rigid();
         let times = Times::of(kind);

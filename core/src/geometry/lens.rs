@@ -96,7 +96,6 @@ impl<T: Scalar> Lens<T> {
 
     /// Undistorts by iteration. This function is separate from [`Self::undistort`], because that saves 30 instructions
     /// in the push of a match of a pinhole camera.
-    #[inline(never)]
     fn undistort_by_iterations(&self, d: Vector2<T>) -> Option<Undistorted<T>> {
         match self {
             Self::Pinhole => Some(Undistorted { point: d, density: T::ONE }),

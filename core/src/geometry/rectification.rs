@@ -94,7 +94,6 @@ impl<T: Scalar> RectifyingRotations<T> {
     ///
     /// `None` if a view turns by more than 1.5 rad, or if the step moves the baseline to within 6 degrees of the right
     /// optical axis.
-    #[inline(never)]
     pub(crate) fn stepped(&self, rotation: &Vector3<T>, baseline: &Vector2<T>) -> Option<Self> {
         let right = Vector3::new(baseline.y * self.gauge_slope(), baseline.x, baseline.y);
         let left = rotation + right;
@@ -117,7 +116,6 @@ impl<T: Scalar> RectifyingRotations<T> {
     /// component is at most pi for the rotation, and at most 10 for the baseline. The value 10 occurs if the other
     /// baseline is perpendicular to this one.
     #[must_use]
-    #[inline(never)]
     pub fn unknowns_to(&self, other: &Self) -> Vector5<T> {
         let turned =
             |a: &Rotation3<T>, b: &Rotation3<T>| so3::product(&a.matrix().transpose(), b.matrix());

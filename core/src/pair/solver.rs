@@ -175,7 +175,6 @@ impl<T: Scalar> PairSolver<T> {
     }
 
     /// Returns the sums over the batch at the pose.
-    #[inline(never)]
     fn pass(&self, matches: &[RayPair<T>]) -> PassSums<T> {
         PassSums::of(&self.iterate, &self.phase, matches)
     }

@@ -140,7 +140,6 @@ impl<T: Scalar, const N: usize> PaperCalibrator<T, N> {
     }
 
     /// Ends the pair, and fuses it if it has a solution.
-    #[inline(never)]
     fn end(&mut self, report: Result<PairReport<T>, Rejection>) -> Outcome<T> {
         self.step = Step::Ended;
         let fused = report.and_then(|report| self.fuse(&report));
@@ -151,7 +150,6 @@ impl<T: Scalar, const N: usize> PaperCalibrator<T, N> {
     ///
     /// # Errors
     /// [`Rejection::TooUncertain`], [`Rejection::CorrectionLimit`]; the estimate is unchanged.
-    #[inline(never)]
     fn fuse(&mut self, report: &PairReport<T>) -> Result<Fused, Rejection> {
         gate::admit(&self.settings, &self.start, report)?;
         // A copy takes the pair first, because the mean of pairs within the limit may exceed the limit.

@@ -115,7 +115,6 @@ impl<T: Scalar> HuberSolver<T> {
 
     /// Takes one more pass: one trial step, which is kept only if the cost falls. Returns the reason once the solver
     /// has stopped; further calls do nothing else.
-    #[inline(never)]
     pub fn advance(&mut self, pairs: &[RayPair<T>]) -> Option<Stop> {
         if self.stop.is_none() {
             self.stop = self.attempt(pairs);
@@ -191,7 +190,6 @@ impl<T: Scalar> HuberSolver<T> {
     /// at least 8 points, and more than half as many as in front, are behind the cameras;
     /// [`Rejection::Unobservable`] if the correspondences leave a direction free, if their disparities may be mostly
     /// noise, or if the baseline has turned towards an optical axis.
-    #[inline(never)]
     pub fn report(&self, pairs: &[RayPair<T>]) -> Result<PairReport<T>, Rejection> {
         let extrinsics = self.pose.extrinsics().map_err(|_| Rejection::Unobservable)?;
         let least = T::lit(MIN_DISPARITY_PX) / self.focal;

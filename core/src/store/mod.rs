@@ -121,7 +121,6 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
     ///
     /// # Errors
     /// [`StoreError::Range`].
-    #[inline(never)]
     pub fn open(
         mut flash: F,
         factory: Range<u32>,
@@ -174,7 +173,6 @@ impl<F: NorFlash<Error: Debug>, T: Scalar> Store<F, T> {
     /// # Errors
     /// [`RestoreError`]: the state is lost, and the calibrator is in the state after [`Calibrator::reset`].
     /// [`RestoreError::Damaged`] is also returned if the flash holds content but no intact record.
-    #[inline(never)]
     pub fn resume<const N: usize>(
         &mut self,
         calibrator: &mut Calibrator<T, N>,

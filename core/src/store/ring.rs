@@ -63,7 +63,6 @@ impl Ring {
 
     /// Searches the flash again for the newest record, whatever was known before. Without a record, the first block is
     /// erased next.
-    #[inline(never)]
     pub(super) fn find<F: NorFlash>(&mut self, flash: &mut F) {
         self.next = 0;
         self.scan(flash);
@@ -73,7 +72,6 @@ impl Ring {
     ///
     /// # Errors
     /// [`RestoreError::Damaged`] if there is content in the first slot of a block, but no intact record.
-    #[inline(never)]
     pub(super) fn load<F: NorFlash>(
         &mut self,
         flash: &mut F,
@@ -148,7 +146,6 @@ impl Ring {
         false
     }
 
-    #[inline(never)]
     fn found(&mut self, newest: Newest) {
         self.newest = Some(newest);
         self.next = self.after(newest.block);
@@ -174,14 +171,12 @@ impl Ring {
     }
 
     /// Returns the next block in turn that does not hold the newest record.
-    #[inline(never)]
     fn after(&self, block: u32) -> u32 {
         let mut turn = (block.saturating_add(1)..self.blocks).chain(0..self.blocks);
         let holds = |block| self.newest.is_some_and(|newest| newest.block == block);
         turn.find(|block| !holds(*block)).unwrap_or(0)
     }
 
-    #[inline(never)]
     fn address<F: NorFlash>(&self, block: u32, slot: u32) -> u32 {
         let slots = slot.wrapping_mul(to_u32(slot::bytes::<F>(self.length)));
         let blocks = block.wrapping_mul(to_u32(F::ERASE_SIZE));

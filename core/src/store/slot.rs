@@ -38,7 +38,6 @@ impl Slot {
     }
 
     /// Writes the sequence number before a record of this length, and the checksum after it.
-    #[inline(never)]
     pub(super) fn seal(&mut self, sequence: u32, length: usize) {
         if let Some(head) = self.0.first_chunk_mut() {
             *head = sequence.to_le_bytes();

@@ -24,7 +24,6 @@ impl<T: Scalar> Moments<T> {
     }
 
     /// Adds the part of `M x` that involves coordinates of the lens.
-    #[inline(never)]
     fn add_times_lens(&self, x: &Vector12<T>, y: &mut Vector12<T>) {
         let mut m = self.products.iter().skip(PRODUCT_TRIANGLE);
         for (row, x_row) in x.iter().enumerate().skip(PRODUCTS) {
@@ -42,7 +41,6 @@ impl<T: Scalar> Moments<T> {
     /// Returns `M x` for the nine products alone, and zeros for the lens. Written out, so that `x` and `M x` stay in
     /// registers.
     #[rustfmt::skip]
-    #[inline(never)]
     pub(in crate::algebra) fn times_without_lens(&self, x: &Vector12<T>) -> Vector12<T> {
         let m = &self.products;
         let [a, b, c, d, e, f, g, h, i, ..] = *x;

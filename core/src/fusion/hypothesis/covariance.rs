@@ -45,7 +45,6 @@ impl<T: Scalar> Hypothesis<T> {
 
     /// Returns the covariance for the report, rad^2. It includes the drift, the scatter of the pairs, and the bias that
     /// the image halves show. This bias is the same in all pairs, so their scatter does not show it.
-    #[inline(never)]
     pub(crate) fn reported_covariance(&self, context: &Context<'_, T>) -> Option<Symmetric5<T>> {
         let noise = self.covariance_of_noise(context)?;
         let mut covariance = self.with_motion(&noise, context).scaled(self.reduced_chi_square());

@@ -10,7 +10,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// Returns the NIS of a pair: the squared Mahalanobis distance of its optimum from the estimate, with the sum of
     /// both covariances and the vibration. For a rigid rig, the NIS without the allowance [`VIBRATION_RAD`] is
     /// chi-square distributed with 5 degrees of freedom; the allowance lowers it.
-    #[inline(never)]
     pub(in crate::fusion) fn innovation(
         &self,
         measurement: &PairMeasurement<T>,

@@ -66,7 +66,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// Returns the variances of the vibration that the hypothesis assumes, rad^2; zero for a rigid rig. Once the pairs
     /// are weighted for a vibration, the variances do not return to zero until the sums are replaced, because sums with
     /// and without vibration cannot be mixed.
-    #[inline(never)]
     pub(in crate::fusion) fn vibration(&self, context: &Context<'_, T>) -> BlockVariances<T> {
         if self.is_rigid() && context.vibration.is_zero() {
             BlockVariances::ZERO
@@ -79,7 +78,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// switch the frame moves to the estimate, so that both kinds of sums have their optimum at the same pose.
     ///
     /// * `next`: moments of the next pair in the frame of the sums, which are transformed too.
-    #[inline(never)]
     pub(super) fn begin_or_end_settling_at_rest(&mut self, next: &mut Moments<T>) {
         next.change_frame(&self.frame, &self.pose);
         self.reframe();
@@ -123,7 +121,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// estimate: the optimum of the sums with a prior about the estimate. `None` if there is no such pose.
     ///
     /// * `variances`: variances of the random effect, and so of the prior, rad^2.
-    #[inline(never)]
     fn displaced_optimum(
         &self,
         sums: &Moments<T>,
@@ -172,7 +169,6 @@ impl<T: Scalar> Hypothesis<T> {
     /// Applies the parts of an update that only a vibrating rig needs.
     ///
     /// * `mode`: mode after the pair; `moved`: step of the pose, rad.
-    #[inline(never)]
     pub(super) fn apply_marginal(
         &mut self,
         measurement: &PairMeasurement<T>,

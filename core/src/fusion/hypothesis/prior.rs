@@ -16,7 +16,6 @@ use crate::thresholds::MAX_NOISE_PX;
 
 impl<T: Scalar> Hypothesis<T> {
     /// Fills a prior with the estimate. `None` if the sums have no solution; the prior is then unspecified.
-    #[inline(never)]
     pub(in crate::fusion) fn fill_prior(
         &self,
         prior: &mut Prior<T>,
@@ -77,7 +76,6 @@ impl<T: Scalar> Hypothesis<T> {
     }
 
     /// Starts an empty hypothesis from a prior. Returns whether the optimum of the equations is near the pose.
-    #[inline(never)]
     pub(in crate::fusion) fn resume(&mut self, prior: &Prior<T>, context: &Context<'_, T>) -> bool {
         (self.pose, self.frame) = (prior.pose, prior.pose);
         let mut equations = prior.equations;
