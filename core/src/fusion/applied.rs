@@ -139,6 +139,7 @@ impl<T: Scalar> ChangeInUse<'_, T> {
 /// Returns the extrinsics of the mount from those that the rows show, with the same `t` up to rounding.
 ///
 /// * `yaw`: as for [`with_mount`].
+#[inline(never)]
 fn with_rotation_of_mount<T: Scalar>(
     rows: &Extrinsics<T>,
     yaw: Option<T>,

@@ -345,11 +345,9 @@ impl<T: Scalar> Hypothesis<T> {
         one: &RectifyingRotations<T>,
         other: &RectifyingRotations<T>,
     ) -> bool {
-        let cost = |pose: &RectifyingRotations<T>| {
-            Some(self.framed_sums().cost_at(&self.pose_at_rest(pose)?))
-        };
-        let [one, other] = [one, other].map(cost);
-        one.zip(other).is_some_and(|(one, other)| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
+        let at_rest = self.poses_at_rest([one, other]);
+        let costs = at_rest.map(|poses| poses.map(|pose| self.framed_sums().cost_at(&pose)));
+        costs.is_some_and(|[one, other]| one < other * T::lit(IMPROVEMENT * IMPROVEMENT))
     }
 
     /// Returns the start of a track: the estimate, and the covariance of a pair about it. This covariance is the sum of

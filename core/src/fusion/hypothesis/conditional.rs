@@ -47,8 +47,8 @@ impl<T: Scalar> Hypothesis<T> {
     ) -> Option<Extrinsics<T>> {
         let used = in_use.rotations();
         let mut held = self.with_baseline(used, t, context)?;
-        let turn = held.rotation() * used.extrinsics().ok()?.rotation().inverse();
-        if let Some(turned) = self.with_baseline_turned(&held, &(turn * t), context)
+        let t = held.rotation() * used.extrinsics().ok()?.rotation().inverse_transform_vector(t);
+        if let Some(turned) = self.with_baseline_turned(&held, &t, context)
             && self.fits_clearly_better_at(&(&turned).into(), &(&held).into())
         {
             held = turned;

@@ -109,12 +109,22 @@ impl<T: Scalar> Hypothesis<T> {
         &self,
         pose: &RectifyingRotations<T>,
     ) -> Option<RectifyingRotations<T>> {
-        match &self.mode {
-            Mode::Rigid | Mode::Vibrating(_) => Some(*pose),
-            Mode::Turning(MarginalSums { variances, .. }) => self
-                .displaced_optimum(&self.sums, variances)?
-                .stepped_by(&self.pose.unknowns_to(pose)),
+        self.poses_at_rest([pose]).map(|[pose]| pose)
+    }
+
+    /// Maps poses as [`Self::pose_at_rest`] does.
+    pub(super) fn poses_at_rest<const N: usize>(
+        &self,
+        poses: [&RectifyingRotations<T>; N],
+    ) -> Option<[RectifyingRotations<T>; N]> {
+        let mut mapped = poses.map(|pose| *pose);
+        if let Mode::Turning(MarginalSums { variances, .. }) = &self.mode {
+            let displaced = self.displaced_optimum(&self.sums, variances)?;
+            for pose in &mut mapped {
+                *pose = displaced.stepped_by(&self.pose.unknowns_to(pose))?;
+            }
         }
+        Some(mapped)
     }
 
     /// Returns the most probable pose of the rig that the sums describe, if a random effect displaces this rig from the

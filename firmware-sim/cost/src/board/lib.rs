@@ -14,6 +14,7 @@ mod pair;
 mod probe;
 mod scene;
 mod stack;
+mod states;
 mod store;
 mod table;
 mod whole_way;

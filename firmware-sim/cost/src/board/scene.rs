@@ -25,8 +25,9 @@ pub(crate) const HEADER: FrameHeader = FrameHeader {
     more_found: false,
 };
 
-/// Range of inverse distances, 1/baseline.
-const INVERSE_DISTANCES: [f32; 2] = [1.0 / 80.0, 1.0 / 3.0];
+/// Ranges of inverse distances, 1/baseline: of a near scene, and of one too far to observe the baseline.
+const NEAR: [f32; 2] = [1.0 / 80.0, 1.0 / 3.0];
+pub(crate) const FAR: [f32; 2] = [1.0 / 3000.0, 1.0 / 300.0];
 
 /// Scales the sum of four uniform numbers in -1 to 1 to noise of 0.3 px.
 const NOISE: f32 = 0.3 * 0.866;
@@ -55,6 +56,8 @@ impl Rig {
 pub(crate) struct Scene {
     random: ChaCha8Rng,
     pub(crate) rig: Rig,
+    /// Range of inverse distances, 1/baseline.
+    pub(crate) inverse_distances: [f32; 2],
     /// Focal length of the right camera over the given one.
     pub(crate) focal: f32,
     /// Outliers per ten matches.
@@ -63,7 +66,8 @@ pub(crate) struct Scene {
 
 impl Scene {
     pub(crate) fn new(rig: Rig) -> Self {
-        Self { random: ChaCha8Rng::seed_from_u64(0x5E1F_CA11), rig, focal: 1.0, outliers: 3 }
+        let random = ChaCha8Rng::seed_from_u64(0x5E1F_CA11);
+        Self { random, rig, inverse_distances: NEAR, focal: 1.0, outliers: 3 }
     }
 
     /// Generates the matches of the next pair.
@@ -113,7 +117,7 @@ impl Scene {
     fn project_right(&mut self, left: [f32; 2]) -> [f32; 2] {
         let centre = SIZE.map(|n| f32::from(n) * 0.5);
         let [x, y] = [0, 1].map(|i| (left[i] - centre[i]) / FOCAL_PX);
-        let [far, near] = INVERSE_DISTANCES;
+        let [far, near] = self.inverse_distances;
         let inverse_distance = far + (near - far) * self.uniform();
         let p =
             self.rig.rotation * Vector3::new(x, y, 1.0) + self.rig.translation * inverse_distance;
