@@ -48,9 +48,11 @@ impl Held {
         while !rest.iter().zip(&MAGIC).all(|(byte, magic)| byte == magic) {
             rest = rest.get(1..).unwrap_or_default();
         }
-        let start = held.len().saturating_sub(rest.len()).min(HEADER_BYTES);
-        self.count = u8::try_from(rest.len()).unwrap_or(0);
-        self.bytes.copy_within(start.., 0);
-        start
+        let (skipped, count) = (held.len().saturating_sub(rest.len()), rest.len());
+        // `copy_within` could panic for a compiler that does not see that the places are within the array.
+        let mut kept = [0; HEADER_BYTES];
+        kept.iter_mut().zip(rest).for_each(|(place, byte)| *place = *byte);
+        (self.bytes, self.count) = (kept, u8::try_from(count).unwrap_or(0));
+        skipped
     }
 }
