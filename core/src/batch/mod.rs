@@ -74,7 +74,9 @@ pub struct Batch<T, const N: usize> {
     left_out: u32,
     refused: u32,
     /// Number of refused correspondences with a pixel at which the lens model is not invertible.
-    without_ray: u32,
+    without_ray: u16,
+    /// Number of correspondences refused for a pixel since the last [`Batch::clear`].
+    by_pixel: u16,
     /// Vote for the most frequent displacement of matches from the right image to the left image.
     shift: Shift<T>,
     /// Ties among the rows of the images.
@@ -97,6 +99,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             left_out: 0,
             refused: 0,
             without_ray: 0,
+            by_pixel: 0,
             shift: Shift::NONE,
             row_grid: RowGrid::NONE,
             seen: CellSet::NONE,
@@ -135,7 +138,10 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
             Ok(Pushed::Replaced | Pushed::LeftOut) => &mut self.left_out,
             Err(why) => {
                 let without_ray = matches!(why, PushError::Pixel(_, UndistortError::NotInvertible));
-                self.without_ray = self.without_ray.saturating_add(u32::from(without_ray));
+                self.without_ray = self.without_ray.saturating_add(u16::from(without_ray));
+                // A score or a grid step out of range tells nothing about the cameras.
+                let by_pixel = matches!(why, PushError::Pixel(..));
+                self.by_pixel = self.by_pixel.saturating_add(u16::from(by_pixel));
                 &mut self.refused
             }
         };
@@ -274,7 +280,12 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
 
     /// Returns the number of refused correspondences with a pixel at which the lens model is not invertible.
     pub(crate) fn without_ray(&self) -> u32 {
-        self.without_ray
+        self.without_ray.into()
+    }
+
+    /// Returns the number of correspondences refused for a pixel since the last [`Batch::clear`].
+    pub(crate) fn refused_by_pixel(&self) -> u32 {
+        self.by_pixel.into()
     }
 
     /// Returns the cells that contained matches in this batch or in earlier ones since the last reset.
@@ -311,6 +322,7 @@ impl<T: Scalar, const N: usize> Batch<T, N> {
         self.left_out = 0;
         self.refused = 0;
         self.without_ray = 0;
+        self.by_pixel = 0;
         self.shift = Shift::NONE;
         self.row_grid = RowGrid::NONE;
         self.arriving = false;

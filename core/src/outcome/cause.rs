@@ -134,8 +134,8 @@ impl Cause {
     /// Returns the setup mistake that the pixels of a batch show. Either most matches since the last [`Batch::clear`]
     /// were refused; or all matches so far fill the upper left quarter of the left image and nothing else.
     pub(crate) fn of_pixels<T: Scalar, const N: usize>(batch: &Batch<T, N>) -> Option<Self> {
-        if batch.refused() > batch.offered() / 2 {
-            let most_without_ray = batch.without_ray() > batch.refused() / 2;
+        if batch.refused_by_pixel() > batch.offered() / 2 {
+            let most_without_ray = batch.without_ray() > batch.refused_by_pixel() / 2;
             Some(if most_without_ray { Self::FocalLength } else { Self::SmallerImages })
         } else {
             batch.seen().fills_a_corner().then_some(Self::LargerImages)

@@ -91,10 +91,15 @@ impl<T: Scalar> Evidence<'_, T> {
         verdict.may_arm = self.confirmed
             && matches!(self.state, State::Locked | State::Suspect)
             && !reasons.forbid_arming();
-        verdict.should_apply =
-            self.state == State::Locked && !reasons.is_doubtful() && (improves || deepens);
-        verdict.reasons = reasons;
         verdict.cause = self.likeliest.or(self.cause);
+        // Pairs that disagree may follow from a knock, too. Any other cause is a mistake of the setup: the estimate then
+        // contains it, and would replace a calibration that is right.
+        let is_set_up = verdict.cause.is_none_or(|cause| cause == Cause::Moments);
+        verdict.should_apply = self.state == State::Locked
+            && !reasons.is_doubtful()
+            && is_set_up
+            && (improves || deepens);
+        verdict.reasons = reasons;
         agrees
     }
 

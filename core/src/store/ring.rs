@@ -32,6 +32,8 @@ pub(super) struct Ring {
     newest: Option<Newest>,
     /// Block that is erased next.
     next: u32,
+    /// Largest sequence number written. A record whose save failed may be intact, so its number is not used again.
+    used: u32,
 }
 
 impl Ring {
@@ -49,7 +51,7 @@ impl Ring {
         let blocks = range.end.saturating_sub(range.start).checked_div(block).unwrap_or(0);
         let is_whole = range.start.is_multiple_of(block) && range.end.is_multiple_of(block);
         if is_whole && range.end <= to_u32(flash.capacity()) && slots > 0 && blocks >= 2 {
-            Ok(Self { start: range.start, blocks, slots, length, newest: None, next: 0 })
+            Ok(Self { start: range.start, blocks, slots, length, newest: None, next: 0, used: 0 })
         } else {
             Err(StoreError::Range)
         }
@@ -107,8 +109,9 @@ impl Ring {
             self.scan(flash);
         }
         // The largest number is not a sequence number, because erased flash may read as this number.
-        let before = self.newest.map_or(0, |newest| newest.sequence);
+        let before = self.newest.map_or(0, |newest| newest.sequence).max(self.used);
         let sequence = before.saturating_add(1).min(u32::MAX - 1);
+        self.used = sequence;
         let mut content = Slot::erased();
         write(content.record(self.length));
         content.seal(sequence, self.length);

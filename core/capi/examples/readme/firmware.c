@@ -30,6 +30,10 @@ int main(void) /* returns an error that calls for a restart */
     if (!selfcal_in_use(&cal, &rig)) rectifier_load(&rig); /* from the first image on */
     for (selfcal_frame_t frame;;)
         for (uint8_t *at = bytes, *end = at + uart_read(at, sizeof bytes); at < end; at += used)
-            if (selfcal_link_feed(&wire, &cal, at, (size_t)(end - at), &used, &frame)) return 3;
-            else if (frame.whole) take_pair();
+        {
+            selfcal_error_t error = selfcal_link_feed(&wire, &cal, at, (size_t)(end - at), &used, &frame);
+            if (error && error != SELFCAL_ERROR_IMAGE_SIZE) /* a frame of other images is skipped and counted */
+                return arming_allow(false), 3;
+            if (!error && frame.whole) take_pair();
+        }
 }

@@ -153,6 +153,8 @@ fn mistaken(
 #[derive(Default, Debug)]
 struct Outcome {
     armed: u32,
+    /// Number of pairs after which a change is recommended in spite of a named cause.
+    told: u32,
     locked: u32,
     fused: u32,
     errors: Vec<Rejection>,
@@ -181,6 +183,9 @@ fn run(mistake: &Mistake, depths: [f64; 2], seed: u64) -> Outcome {
         let verdict = calibrator.verdict();
         outcome.named_unfit += u32::from(verdict.reasons.contains(Reason::Unfit));
         outcome.armed += u32::from(verdict.may_arm);
+        // Pairs that disagree by chance do not show a mistake of the setup.
+        let is_named = verdict.cause.is_some_and(|cause| cause != Cause::Moments);
+        outcome.told += u32::from(verdict.should_apply && is_named);
         outcome.locked += u32::from(calibrator.state() == State::Locked);
         outcome.cause = verdict.cause;
     }
@@ -229,6 +234,23 @@ fn pairs_without_matches_name_no_cause() {
         assert!(matches!(outcome.fused, Err(Rejection::TooFew { usable: 0, .. })), "{outcome:?}");
     }
     assert_eq!(calibrator.verdict().cause, None);
+}
+
+#[test]
+fn scores_and_grid_steps_out_of_range_tell_nothing_about_the_cameras() {
+    for (score, grid_step) in [(90.0, 0.0), (-0.1, 0.0), (1.0, 256.0)] {
+        let mut calibrator = Tested::new(Config::robust(), &FactoryCalibration::guess(cameras()));
+        for seed in 0..12 {
+            let matches = correspondences_within::<f32>(&truth(0), DEPTHS[0], 250, 0.5, seed);
+            let outcome = calibrator.take_pair(matches.iter().map(|c| Correspondence {
+                score,
+                grid_step,
+                ..*c
+            }));
+            assert!(matches!(outcome.fused, Err(Rejection::TooFew { .. })), "{outcome:?}");
+        }
+        assert_eq!(calibrator.verdict().cause, None, "{score} {grid_step}");
+    }
 }
 
 const REVERSED: [&str; 3] = ["exchanged", "mirrored", "upside down"];
@@ -288,6 +310,7 @@ fn no_mistake_arms_and_ten_of_twelve_are_named() {
             outcome.cause == cause || is_nearly
         };
         let armed = outcomes.iter().filter(|outcome| outcome.armed > 0).count();
+        assert!(outcomes.iter().all(|outcome| outcome.told == 0), "{name}");
         let named = outcomes.iter().filter(is_named).count();
         // Far points show a wrong lens only after some pairs. Among outliers, the few matches that fit may lie behind
         // the cameras.

@@ -3,6 +3,7 @@
 mod cuts;
 mod faults;
 mod policy;
+mod retried;
 
 use crate::api::presets::robust;
 use crate::api::scene::cameras;
