@@ -112,6 +112,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         };
         // The estimate has changed.
         self.next = None;
+        self.recent.forget_next();
         None
     }
 
@@ -136,7 +137,8 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
         } else {
             self.fusion.close();
         }
-        let corrects = fused.is_ok() && self.config.lens_tracking == LensTracking::Compensate;
+        let corrects =
+            fused.is_ok() && !self.frozen && self.config.lens_tracking == LensTracking::Compensate;
         if corrects && self.correct_lens() {
             self.judge(None);
             *fused = Ok(Fused::LensCorrected);
@@ -184,6 +186,7 @@ impl<T: Scalar, const N: usize> Calibrator<T, N> {
             focal: self.factory.cameras.mean_focal(),
             state: self.fusion.state(),
             confirmed: self.fusion.is_confirmed(),
+            rejected: self.fusion.is_rejected(),
             repeated: pair.is_some() && self.fusion.is_repeated(),
             cause: Cause::of_pixels(&self.batch).or_else(of_estimate),
             likeliest: self.causes.likeliest(),

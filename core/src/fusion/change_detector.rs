@@ -20,6 +20,8 @@ pub(super) struct ChangeDetector<T: Scalar> {
     variance: Information<T>,
     /// Number of pairs that were added since the last restart of the window.
     pairs: u32,
+    /// Number of scenes that these pairs showed.
+    scenes: T,
     /// Whether the sums of the hypothesis may still hold pairs from before the last change.
     is_mixed: bool,
 }
@@ -36,8 +38,13 @@ pub(super) enum Finding {
 }
 
 impl<T: Scalar> ChangeDetector<T> {
-    pub(super) const NEW: Self =
-        Self { moments: Moments::ZERO, variance: Information::ZERO, pairs: 0, is_mixed: false };
+    pub(super) const NEW: Self = Self {
+        moments: Moments::ZERO,
+        variance: Information::ZERO,
+        pairs: 0,
+        scenes: T::ZERO,
+        is_mixed: false,
+    };
 
     /// Restarts the window in place. Keeps `is_mixed`, because the sums of the hypothesis stay as they are.
     #[inline(never)]
@@ -68,6 +75,7 @@ impl<T: Scalar> ChangeDetector<T> {
             self.variance.add(&vibration.scatter_of_gradient(&information));
         }
         self.pairs = self.pairs.saturating_add(1);
+        self.scenes = self.scenes * decay + context.share;
         if self.pairs >= WARM_UP_PAIRS && self.has_changed(hypothesis, context) {
             Finding::Changed
         } else if self.is_mixed && self.pairs >= WINDOW_PAIRS {
@@ -88,7 +96,8 @@ impl<T: Scalar> ChangeDetector<T> {
         is_mixed: bool,
         context: &Context<'_, T>,
     ) -> bool {
-        let renewed = hypothesis.replace(&self.moments, self.pairs.min(WINDOW_PAIRS), context);
+        let renewed =
+            hypothesis.replace(&self.moments, self.pairs.min(WINDOW_PAIRS), self.scenes, context);
         if renewed {
             *self = Self { is_mixed, ..Self::NEW };
         }

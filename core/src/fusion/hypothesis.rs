@@ -238,6 +238,7 @@ impl<T: Scalar> Hypothesis<T> {
         &mut self,
         sums: &Moments<T>,
         pairs: u32,
+        scenes: T,
         context: &Context<'_, T>,
     ) -> bool {
         let mut optimum = Optimum { pose: self.pose, ..Optimum::NONE };
@@ -249,9 +250,7 @@ impl<T: Scalar> Hypothesis<T> {
         self.last = self.last.about(&moved);
         (self.pose, self.information) = (optimum.pose, optimum.information);
         self.sums = *sums;
-        // These pairs have as many scenes each as all pairs before, on average.
-        self.scenes *= T::count(pairs) / T::count(self.pairs.max(1));
-        self.pairs = pairs;
+        (self.pairs, self.scenes) = (pairs, scenes);
         self.halves = ImageHalves::NONE;
         self.mode = Mode::Rigid;
         self.reframe();

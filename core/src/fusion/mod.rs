@@ -307,6 +307,11 @@ impl<T: Scalar> Fusion<T> {
         self.hypotheses.is_confirmed()
     }
 
+    /// Returns whether the estimate rejects the present pair.
+    pub(crate) fn is_rejected(&self) -> bool {
+        self.association.rejected().by_champion
+    }
+
     /// Returns the variances of the vibration of single pairs about the estimate, rad^2.
     pub(crate) fn vibration(&self) -> BlockVariances<T> {
         self.vibration.variances()

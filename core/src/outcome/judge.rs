@@ -29,6 +29,8 @@ pub(crate) struct Evidence<'a, T: Scalar> {
     pub(crate) state: State,
     /// Whether pairs have supported the estimate.
     pub(crate) confirmed: bool,
+    /// Whether the estimate rejects the pair. A frozen estimate stays locked nevertheless.
+    pub(crate) rejected: bool,
     /// Whether the pair showed the same scene as the last pair that was added.
     pub(crate) repeated: bool,
     /// Mistake that the matches of the pair, or the estimate, show.
@@ -58,6 +60,9 @@ impl<T: Scalar> Evidence<'_, T> {
                 && coverage >= coverage_limit
                 && image_coverage >= T::lit(MIN_IMAGE_COVERAGE)
         };
+        if pair.is_some() {
+            recent.add_rejected(self.rejected);
+        }
         let (mut improves, mut agrees) = (false, None);
         match pair.and_then(|pair| self.fit(matches, pair)) {
             Some(fit) => {
@@ -81,7 +86,7 @@ impl<T: Scalar> Evidence<'_, T> {
             .with(Reason::Rows, !(verdict.rows_px <= rows_limit))
             .with(Reason::Depth, !(depth_px <= T::single(self.config.depth_limit_px)))
             .with(Reason::Coverage, !is_good([T::ZERO, verdict.coverage], verdict.image_coverage))
-            .with(Reason::Evidence, !recent.fits)
+            .with(Reason::Evidence, !recent.fits || recent.rejects())
             .with(Reason::Repeated, self.repeated)
             .with(Reason::Unfit, self.cause.is_some());
         verdict.depth_px = depth_px;

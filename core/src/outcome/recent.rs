@@ -1,7 +1,7 @@
 //! The last pairs: how they fitted the calibration in use (`ESTIMATOR.md`, section 16).
 
 use crate::scalar::Scalar;
-use crate::thresholds::{BAD_IN_A_ROW, GOOD_IN_A_ROW, MAX_UNSOLVED};
+use crate::thresholds::{BAD_IN_A_ROW, GOOD_IN_A_ROW, MAX_REJECTED, MAX_UNSOLVED};
 
 /// How the last pairs fitted the calibration in use.
 #[derive(Debug, Clone, Copy)]
@@ -11,6 +11,8 @@ pub(crate) struct Recent<T> {
     bad: u8,
     /// Number of pairs in a row that could not be solved.
     unsolved: u8,
+    /// Number of solved pairs in a row that the estimate rejected.
+    rejected: u8,
     /// Whether [`GOOD_IN_A_ROW`] pairs have fitted, and since then no [`BAD_IN_A_ROW`] pairs in a row have not.
     pub(super) fits: bool,
     /// Whether the last solved pair fits the calibration that [`crate::Calibrator::apply`] puts into use.
@@ -20,8 +22,15 @@ pub(crate) struct Recent<T> {
 }
 
 impl<T: Scalar> Recent<T> {
-    pub(crate) const NONE: Self =
-        Self { good: 0, bad: 0, unsolved: 0, fits: false, next_fits: false, nearness: T::ZERO };
+    pub(crate) const NONE: Self = Self {
+        good: 0,
+        bad: 0,
+        unsolved: 0,
+        rejected: 0,
+        fits: false,
+        next_fits: false,
+        nearness: T::ZERO,
+    };
 
     /// Notes a solved pair.
     pub(super) fn add(&mut self, fits: bool, next_fits: bool) {
@@ -35,12 +44,27 @@ impl<T: Scalar> Recent<T> {
         self.fits = if self.fits { self.bad < BAD_IN_A_ROW } else { self.good >= GOOD_IN_A_ROW };
     }
 
+    /// Notes whether the estimate rejects a solved pair.
+    pub(super) fn add_rejected(&mut self, rejected: bool) {
+        self.rejected = if rejected { self.rejected.saturating_add(1) } else { 0 };
+    }
+
+    /// Returns whether the estimate has rejected so many pairs in a row that it confirms no depth.
+    pub(super) fn rejects(&self) -> bool {
+        self.rejected >= MAX_REJECTED
+    }
+
     /// Notes a pair that could not be solved.
     pub(super) fn add_unsolved(&mut self) {
         self.unsolved = self.unsolved.saturating_add(1);
         if self.unsolved >= MAX_UNSOLVED {
             (self.good, self.fits, self.next_fits) = (0, false, false);
         }
+    }
+
+    /// Notes that the estimate has changed: no pair has been compared with the calibration that follows from it.
+    pub(crate) fn forget_next(&mut self) {
+        self.next_fits = false;
     }
 
     /// Notes that another calibration has been put into use. The last pair counts for it or against it.

@@ -84,7 +84,7 @@ pub enum StoreError<E: Debug> {
     Flash(E),
 }
 
-/// Factory calibration, state and save policy of a device. RAM: the driver and 216 bytes in `f32`.
+/// Factory calibration, state and save policy of a device. RAM: the driver and 224 bytes in `f32`.
 ///
 /// ```
 /// # use core::{fmt::Debug, time::Duration};

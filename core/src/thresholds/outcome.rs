@@ -83,6 +83,10 @@ pub(crate) const ROW_LEVELS: usize = 20;
 pub(crate) const FIRST_ROW_LEVEL: f64 = 0.01;
 pub(crate) const CLIPPED_LEVELS: u16 = 3;
 
+/// Solved pairs in a row that the estimate rejects, from which it confirms no depth; a challenger takes over after three
+/// that agree. A larger number arms longer by an estimate that the pairs contradict; a smaller one disarms by chance.
+pub(crate) const MAX_REJECTED: u8 = 5;
+
 /// Squared Mahalanobis distance of the calibration in use from the estimate, above which a change is worthwhile. Chance
 /// exceeds it in 1 % of the cases. A larger limit asks for changes later; a smaller one asks for changes because of
 /// noise.

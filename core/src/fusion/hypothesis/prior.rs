@@ -100,7 +100,7 @@ impl<T: Scalar> Hypothesis<T> {
         [self.inlier_share, self.crowd] = prior.shares;
         self.high_leverage = prior.high_leverage;
         self.reduced_chi_square = prior.chi_square;
-        (self.pairs, self.scenes) = (prior.pairs, T::count(prior.pairs));
+        (self.pairs, self.scenes) = (prior.pairs, T::ONE);
         context.add_prior(&self.pose, &mut normal);
         are_at_optimum(&normal)
     }

@@ -1,9 +1,12 @@
 //! Evidence for one calibration or estimate must not count for another one.
 
+use crate::api::depth;
+use crate::api::lens::pair_of;
 use crate::api::presets::{calibrated, with};
-use crate::api::scene::{correspondences, correspondences_within, fill, rig, take};
+use crate::api::scene::{cameras, correspondences, correspondences_within, fill, rig, take};
 use stereo_selfcal::{
-    Calibrator, Cause, Config, Correspondence, Extrinsics, Fused, Reason, Rejection, State,
+    Calibrator, Cause, Config, Correspondence, Extrinsics, FactoryCalibration, Fused, LensTracking,
+    Reason, Rejection, State,
 };
 
 const ROTATION: [f64; 3] = [1.0, -0.5, 0.8];
@@ -166,5 +169,89 @@ fn a_baseline_turns_with_the_right_camera_and_not_with_the_left_one() {
         let truth = knocked.translation().into_inner().cast::<f32>();
         let off = (held.translation().into_inner() - truth).norm();
         assert!(off < 0.01, "{off}");
+    }
+}
+
+#[test]
+fn a_frozen_calibrator_does_not_begin_again_with_another_lens() {
+    let config = Config::robust().with_lens_tracking(LensTracking::Compensate);
+    let truth = rig(ROTATION, BASELINE);
+    let factory = FactoryCalibration::new(cameras(), rig(ROTATION, BASELINE));
+    let mut calibrator = Calibrator::<f32, 256>::new(config, &factory);
+    let pair = |seed| pair_of(&truth, 0.003, 0.002, seed);
+    let corrects = |calibrator: &Calibrator<f32, 256>, seed| {
+        take(&mut calibrator.clone(), &pair(seed)) == Ok(Fused::LensCorrected)
+    };
+    let first = (0..40).find(|seed| {
+        let corrects = corrects(&calibrator, *seed);
+        if !corrects {
+            let _ = take(&mut calibrator, &pair(*seed));
+        }
+        corrects
+    });
+    // The caller freezes the calibrator before the last step of the pair that corrects the lens.
+    fill(&mut calibrator, &pair(first.unwrap()));
+    let mut frozen = calibrator.clone();
+    while calibrator.advance_pair().is_none() {
+        frozen = calibrator.clone();
+        frozen.set_frozen(true);
+    }
+    let pairs = |of: &Calibrator<f32, 256>| of.proposal().map(|proposal| proposal.pairs);
+    let before = pairs(&frozen);
+    let fused = frozen.solve_pair().fused;
+    assert_eq!((fused, pairs(&frozen)), (Ok(Fused::Added), before));
+}
+
+#[test]
+fn a_calibration_applied_before_the_verdict_borrows_no_evidence() {
+    let armed = [false, true].map(|early| {
+        let mut calibrator = locked();
+        for (degrees, seed) in [(0.3, 20), (0.3, 21), (0.0, 22)] {
+            let _ = take(&mut calibrator, &pitched(degrees, seed));
+        }
+        fill(&mut calibrator, &pitched(0.3, 23));
+        while calibrator.advance_pair().is_none() {
+            // The pair has been fused and took over, and has no verdict yet.
+            if early && calibrator.state() == State::Locked {
+                calibrator.apply().unwrap();
+            }
+        }
+        calibrator.apply().unwrap();
+        calibrator.verdict().may_arm
+    });
+    assert_eq!(armed, [false; 2]);
+}
+
+/// Whether a rig with a confirmed yaw arms after a pair in spite of an error of disparities beyond three expected ones.
+fn arms_wrongly(calibrator: &mut depth::Tested, yaw_degrees: f64, seed: u64) -> bool {
+    let knock = [0.0, yaw_degrees, 0.0];
+    let _ = take(calibrator, &depth::warped(knock, 0.0, seed));
+    if calibrator.verdict().should_apply {
+        let _ = calibrator.apply();
+    }
+    let off_px = depth::off(calibrator, knock).y.abs() * 1400.0;
+    let verdict = calibrator.verdict();
+    verdict.may_arm && off_px > 3.0 * verdict.depth_px
+}
+
+/// A rig whose yaw ranges have confirmed.
+fn confirmed() -> depth::Tested {
+    let mut calibrator = depth::with_baseline();
+    depth::run(&mut calibrator, depth::NONE, 0.0, 0..30);
+    let pair = depth::warped(depth::NONE, 0.0, 29);
+    let ranges = pair.iter().step_by(9).take(9);
+    let taken =
+        ranges.filter(|c| calibrator.push_range(&depth::reading(depth::NONE, c, 1.0)).is_ok());
+    assert!(taken.count() >= 5 && calibrator.verdict().may_arm);
+    calibrator
+}
+
+#[test]
+fn a_frozen_estimate_that_rejects_the_pairs_confirms_no_depth() {
+    for yaw in [0.2, 0.3] {
+        let mut frozen = confirmed();
+        frozen.set_frozen(true);
+        let wrong = (300..350).filter(|seed| arms_wrongly(&mut frozen, yaw, *seed)).count();
+        assert!(wrong < 5, "{yaw}: {wrong}");
     }
 }

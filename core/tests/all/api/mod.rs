@@ -17,6 +17,7 @@ mod lens;
 mod lens_change;
 mod mistakes;
 mod moments;
+mod one_scene;
 pub(crate) mod presets;
 mod robust;
 mod row_grid;

@@ -83,7 +83,7 @@ impl RecordingArgs {
         let piped = self.set == Path::new("-");
         if !piped && (self.set.is_dir() || !self.set.exists()) {
             ensure!(
-                self.rig.is_empty(),
+                self.rig.is_empty() || !self.set.exists(),
                 "--rig is for a file or a pipe: a data set has a rig of its own"
             );
             return Ok(Recording::Held(Dataset::find(&self.set)?));
