@@ -82,11 +82,12 @@ impl RecordingArgs {
     fn recording(&self) -> Result<Recording> {
         let piped = self.set == Path::new("-");
         if !piped && (self.set.is_dir() || !self.set.exists()) {
+            let set = Dataset::find(&self.set)?;
             ensure!(
-                self.rig.is_empty() || !self.set.exists(),
+                self.rig.is_empty(),
                 "--rig is for a file or a pipe: a data set has a rig of its own"
             );
-            return Ok(Recording::Held(Dataset::find(&self.set)?));
+            return Ok(Recording::Held(set));
         }
         let meta = match self.rig.as_slice() {
             [] if piped => bail!("standard input has no cameras: give them with --rig"),

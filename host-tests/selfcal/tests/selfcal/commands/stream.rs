@@ -50,6 +50,8 @@ fn a_recorded_stream_replays_as_its_set_and_a_damaged_one_as_its_whole_frames() 
     assert!(!good && why.contains("images"), "{why}");
     let (good, _, why) = selfcal(&["replay", "aloe_sift", "--rig", "aloe_sift"]);
     assert!(!good && why.contains("rig of its own"), "{why}");
+    let (good, _, why) = selfcal(&["replay", "nothing.csv", "--rig", "aloe_sift"]);
+    assert!(!good && why.contains("does not exist"), "{why}");
 }
 
 #[test]
