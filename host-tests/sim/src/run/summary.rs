@@ -5,10 +5,10 @@ use std::fmt;
 use anyhow::Result;
 use nalgebra::{Matrix3, Rotation3};
 use serde::Serialize;
+use stereo_selfcal::Calibration;
 use stereo_selfcal::batch::{RayPair, row_offset};
 use stereo_selfcal::geometry::metrics::Deviation;
 use stereo_selfcal::geometry::{LensCorrection, RectifyingRotations, so3};
-use stereo_selfcal::{Calibration, Extrinsics};
 
 use super::checked::Judged;
 use super::depth_error::{
@@ -16,6 +16,7 @@ use super::depth_error::{
 };
 use super::estimate::{Lens, in_words};
 use super::log::RunLog;
+use super::reference::Reference;
 use super::refused::{self, CountByReason, WitnessCounts};
 use crate::stats::rms;
 use rigs::data::{Dataset, Match};
@@ -29,35 +30,6 @@ const NAMED_STEP_PX: f64 = 0.2;
 
 /// Version of the fields of [`Summary`].
 const SCHEMA: u32 = 2;
-
-/// Largest distance of a reference from a start that is the same rig, rad: a run rounds its start to its number type.
-const ROUNDING_RAD: f64 = 1e-6;
-
-/// Origin of the errors of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Reference {
-    /// Nothing: there are no errors.
-    None,
-    /// The start of the run itself: errors are distances from the start.
-    Start,
-    /// Known extrinsics.
-    Known,
-}
-
-impl Reference {
-    fn of(truth: Option<&Extrinsics<f64>>, start: &Extrinsics<f64>) -> Self {
-        let off = truth.map(|truth| Deviation::between(start, truth));
-        off.map_or(Self::None, |off| match off.rotation.max(off.translation) {
-            off if off < ROUNDING_RAD => Self::Start,
-            _ => Self::Known,
-        })
-    }
-
-    /// Ends the name of an error.
-    pub fn words(self) -> &'static str {
-        if self == Self::Start { "from the start" } else { "against the reference" }
-    }
-}
 
 /// A verdict with its numbers.
 #[derive(Debug, Clone, PartialEq, Serialize)]
