@@ -132,10 +132,17 @@ fn verdict(
         ));
         return Err(Unknown::NotOneMoment);
     }
+    let cause = summary.verdict.as_ref().and_then(|judged| judged.cause.as_deref());
     let rows = summary.rms_px_before.zip(summary.rms_px_after).zip(summary.in_row);
     let (Some(fused), Some(((before, after), [_, in_row]))) = (session.log.fused(), rows) else {
-        reasons.push("no pair could be fused: too few matches, or all on one line or plane".into());
-        return Err(Unknown::TooFewMatches);
+        let Some(cause) = cause else {
+            reasons.push(
+                "no pair could be fused: too few matches, or all on one line or plane".into(),
+            );
+            return Err(Unknown::TooFewMatches);
+        };
+        reasons.push(format!("no pair could be fused; likely cause: {cause}"));
+        return Err(Unknown::CauseNamed);
     };
     if in_row < IN_ROW {
         let share = 100.0 * in_row;
@@ -157,15 +164,12 @@ fn verdict(
     reasons.extend(doubt_in_words(fused));
     let (verdict, reason) = of_rows(before, after);
     reasons.insert(0, reason);
+    if let Some(cause) = cause {
+        reasons.insert(0, format!("likely cause: {cause}"));
+        let moments = cause == Cause::Moments.to_string();
+        return Err(if moments { Unknown::NotOneMoment } else { Unknown::CauseNamed });
+    }
     match &summary.verdict {
-        Some(judged) if judged.cause.is_some() => {
-            reasons.insert(
-                0,
-                format!("likely cause: {}", judged.cause.as_deref().unwrap_or_default()),
-            );
-            let moments = judged.cause == Some(Cause::Moments.to_string());
-            Err(if moments { Unknown::NotOneMoment } else { Unknown::CauseNamed })
-        }
         // The rows are right, and the core knows why the calibration is not confirmed nevertheless.
         Some(judged) if verdict == Recommendation::Good && !judged.may_arm => {
             reasons.insert(0, judged.reasons.join(", "));

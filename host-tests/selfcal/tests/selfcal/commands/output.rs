@@ -74,6 +74,18 @@ fn the_exit_status_follows_the_verdict_if_asked() {
     assert_eq!(status(&["--status"]), 20); // the rows of the guess are off
     assert_eq!(status(&["--status", "--apply", "each"]), 30); // the yaw of a guess is not confirmed
     assert_eq!(status(&["--status", "--apply", "each", "--depth-limit", "inf"]), 0);
+    // Copied rows: no pair is fused, and a cause is named.
+    let dir = tempfile::tempdir().unwrap();
+    let file = dir.path().join("copied.csv");
+    let rows = (0..8).flat_map(|frame| (0..100).map(move |i| (frame, i))).map(|(frame, i)| {
+        let [u, v] = [60 + 5 * i, 30 + 13 * i % 400];
+        format!("{frame},{u}.25,{v}.5,{}.75,{v}.5\n", u - 20 - i % 9)
+    });
+    let text: String = std::iter::once("frame,ul,vl,ur,vr\n".to_owned()).chain(rows).collect();
+    std::fs::write(&file, text).unwrap();
+    let run = ["replay", file.to_str().unwrap(), "--rig", "opencv_chess_sift", "--json"];
+    let status = |more: &[&str]| selfcal(&[&run[..], more].concat()).ended().status;
+    assert_eq!([status(&[]), status(&["--status"])], [1, 30]);
 }
 
 #[test]

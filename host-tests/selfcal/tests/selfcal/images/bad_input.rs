@@ -3,7 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use image::GrayImage;
+use image::imageops::{self, FilterType};
+use image::{GrayImage, Luma};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use rigs::data::Dataset;
 use rigs::formats::{Unknowns, import};
 use serde_json::Value;
@@ -71,6 +74,24 @@ fn left_and_right_of_different_moments_are_told_though_their_rows_differ_by_less
     let (reasons, status) = reasons(&all[..4], &all[1..]);
     assert!(reasons.contains("1 pair earlier"), "{reasons}");
     assert_eq!(status, 30);
+}
+
+#[test]
+fn a_cause_is_named_although_no_pair_can_be_fused() {
+    // Each pair is two parts of one image of noise, 12 columns apart.
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let mut pair = || {
+        let noise = GrayImage::from_fn(SIZE[0] / 4, SIZE[1] / 4, |_, _| Luma([rng.random()]));
+        let image = imageops::resize(&noise, SIZE[0] + 12, SIZE[1], FilterType::CatmullRom);
+        [0, 12].map(|x| imageops::crop_imm(&image, x, 0, SIZE[0], SIZE[1]).to_image())
+    };
+    let pairs: Vec<_> = (0..6).map(|_| pair()).collect();
+    let dir = tempfile::tempdir().unwrap();
+    folders(pairs.iter().map(|[l, r]| [l, r]), dir.path());
+    let (json, _, status) = check(dir.path());
+    assert_eq!((&json["unknown"], status), (&Value::from("cause_named"), 30), "{json}");
+    let reason = json["reasons"][0].as_str().unwrap();
+    assert!(reason.contains("no pair could be fused; likely cause: the same image"), "{reason}");
 }
 
 #[test]
