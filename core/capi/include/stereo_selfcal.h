@@ -1824,7 +1824,8 @@ typedef struct selfcal_verdict_t {
      */
     bool may_arm;
     /**
-     * Whether `selfcal_apply` is worthwhile: the estimate is locked and clearly better than the calibration in use.
+     * Whether `selfcal_apply` is worthwhile: the estimate is locked and clearly better than the calibration in use, and
+     * no mistake of the setup is named (`cause`).
      */
     bool should_apply;
     /**

@@ -170,7 +170,8 @@ pub struct selfcal_verdict_t {
     pub depth_ok: bool,
     /// Answer to an arming check; `reasons` says why it is false.
     pub may_arm: bool,
-    /// Whether `selfcal_apply` is worthwhile: the estimate is locked and clearly better than the calibration in use.
+    /// Whether `selfcal_apply` is worthwhile: the estimate is locked and clearly better than the calibration in use, and
+    /// no mistake of the setup is named (`cause`).
     pub should_apply: bool,
     /// State of the estimate.
     pub state: selfcal_state_t,

@@ -132,7 +132,7 @@ impl Cause {
     ];
 
     /// Returns the setup mistake that the pixels of a batch show. Either most matches since the last [`Batch::clear`]
-    /// were refused; or all matches so far fill the upper left quarter of the left image and nothing else.
+    /// were refused for a pixel; or all matches so far fill the upper left quarter of the left image and nothing else.
     pub(crate) fn of_pixels<T: Scalar, const N: usize>(batch: &Batch<T, N>) -> Option<Self> {
         if batch.refused_by_pixel() > batch.offered() / 2 {
             let most_without_ray = batch.without_ray() > batch.refused_by_pixel() / 2;

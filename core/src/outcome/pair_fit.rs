@@ -46,7 +46,7 @@ pub(super) struct Sums<T> {
     /// Sum of the squared row offsets of the own pose.
     own: T,
     /// Sum of `(x_l^2 - x_r^2)^2`.
-    pub(super) nearness: T,
+    nearness: T,
     seen: CellSet,
 }
 

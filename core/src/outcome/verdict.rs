@@ -49,10 +49,11 @@ pub struct Verdict<T> {
     /// Whether `depth_px` is within [`crate::Config::with_depth_limit_px`].
     pub depth_ok: bool,
     /// Answer to an arming check. True if the estimate has been confirmed, the calibration in use has fitted two pairs
-    /// in a row and no two in a row failed since, depth is within its limit, and no reason forbids it.
+    /// in a row and no two in a row failed since, the estimate has not rejected five in a row, depth is within its
+    /// limit, and no reason forbids it.
     pub may_arm: bool,
     /// Whether [`crate::Calibrator::apply`] is worthwhile: the estimate is locked and clearly better than the
-    /// calibration in use.
+    /// calibration in use, and no mistake of the setup is named ([`Verdict::cause`]).
     pub should_apply: bool,
     /// Reliability of the estimate.
     pub state: State,
