@@ -82,7 +82,7 @@ fn the_exit_status_follows_the_verdict_if_asked() {
         format!("{frame},{u}.25,{v}.5,{}.75,{v}.5\n", u - 20 - i % 9)
     });
     let text: String = std::iter::once("frame,ul,vl,ur,vr\n".to_owned()).chain(rows).collect();
-    std::fs::write(&file, text).unwrap();
+    fs::write(&file, text).unwrap();
     let run = ["replay", file.to_str().unwrap(), "--rig", "opencv_chess_sift", "--json"];
     let status = |more: &[&str]| selfcal(&[&run[..], more].concat()).ended().status;
     assert_eq!([status(&[]), status(&["--status"])], [1, 30]);
